@@ -1,0 +1,100 @@
+# make deps          install what is missing (Debian, Ubuntu; elsewhere: what to install)
+# make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example
+# make demo          render out/three-spots.exr and .png
+# make test          every test; ends with "N passed, N failed, N skipped"
+# make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
+# make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
+# make clean
+# config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
+
+config ?= release
+ifeq ($(origin CC),default)
+CC := gcc
+CXX := g++
+endif
+ifneq ($(findstring clang,$(CC)),)
+CXX := $(subst clang,clang++,$(CC))
+endif
+
+# The default configuration builds into build/, every other compiler or configuration beside it.
+build := build
+ifneq ($(config)$(notdir $(CC)),releasegcc)
+build := build/$(config)-$(notdir $(CC))
+endif
+
+flags.release := -O2 -DNDEBUG
+flags.debug := -O0 -g3
+flags.sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+flags.coverage := -O0 -g --coverage
+
+warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
+common := $(flags.$(config)) -fPIC -fvisibility=hidden -MMD -MP $(warnings)
+CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
+CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
+link_flags := $(flags.$(config)) $(LDFLAGS)
+libs := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread
+
+lib_objects := $(patsubst lib/%.c,$(build)/lib/%.o,$(wildcard lib/*.c)) \
+               $(patsubst lib/%.cc,$(build)/lib/%.o,$(wildcard lib/*.cc)) $(build)/sources.o
+cl_files := $(wildcard cl/*.cl cl/*.h)
+entry_points := $(wildcard cl/*.cl)
+tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
+test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard test/test_*.c),$(wildcard test/*.c)))
+
+.PHONY: all deps demo test check-cl crosscheck clean
+.SECONDARY:
+all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
+
+$(build)/libbrume.so.0: $(lib_objects)
+	$(CC) -shared -Wl,-soname,libbrume.so.0 $(link_flags) -o $@ $^ $(libs)
+	ln -sf libbrume.so.0 $(build)/libbrume.so
+
+$(build)/libbrume.a: $(lib_objects)
+	rm -f $@
+	ar rcs $@ $^
+
+$(build)/lib/%.o: lib/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_all) -c -o $@ $<
+
+$(build)/lib/%.o: lib/%.cc
+	@mkdir -p $(@D)
+	$(CXX) $(CXXFLAGS_all) -c -o $@ $<
+
+# The kernels, embedded as C strings.
+$(build)/sources.c: $(cl_files) lib/embed.sh
+	@mkdir -p $(@D)
+	sh lib/embed.sh $(sort $(cl_files)) > $@.tmp && mv $@.tmp $@
+
+$(build)/sources.o: $(build)/sources.c
+	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
+
+$(build)/apps/%.o: apps/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
+
+$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ $(libs)
+
+$(build)/%: $(build)/apps/%.o $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ $(libs)
+
+# ---- tests: one program per subject, linked with the static library to reach its internals ---------------------------
+
+$(build)/test/%.o: test/%.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
+
+$(build)/test/test_%: $(build)/test/test_%.o $(test_support) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
+
+test: all $(tests)
+	@sh test/run.sh $(build) $(sort $(tests))
+
+check-cl:
+	@sh test/check_cl.sh $(sort $(entry_points))
+
+clean:
+	rm -rf build out
+
+-include $(wildcard $(build)/*.d $(build)/*/*.d)

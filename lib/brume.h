@@ -1,0 +1,400 @@
+/* brume.h -- a renderer for light in fog: the C interface, and its reference manual.
+ *
+ * The way data goes: a scene description (built call by call, or read from a Mitsuba 3 XML file) -> a render (the scene's
+ * arrays uploaded to one OpenCL device, the kernels built for what the scene calls for) -> samples -> the film's channels,
+ * or a picture file.
+ *
+ *     brume_context *context;  brume_device *device;  brume_scene *scene;  brume_render *render;
+ *     brume_context_create(&context);
+ *     brume_device_open(context, BRUME_DEVICE_ANY, &device);
+ *     brume_scene_load(context, "fog.xml", NULL, 0, &scene);
+ *     brume_render_desc desc = brume_render_desc_default();
+ *     brume_render_create(device, scene, &desc, &render);
+ *     brume_render_run(render, NULL, NULL);
+ *     brume_render_write(render, "fog.exr", NULL);
+ *
+ * Rules for every call:
+ *  - A call that can fail returns a brume_result; anything but BRUME_OK leaves its out-parameters untouched and puts one
+ *    line of detail in brume_context_message(). The library never exits, prints, or asserts on what it is given.
+ *  - Every pointer passed in is copied from during the call and belongs to the caller, unless said otherwise.
+ *  - Descriptors come from brume_..._default(); one that doesn't (all zero, say) is refused with BRUME_ERROR_ARGUMENT.
+ *  - destroy accepts NULL, and objects may be destroyed in any order: each keeps alive what it was made from.
+ *  - One context, and what is made from it, is used by one thread at a time; several contexts are independent.
+ *    brume_render_cancel() is the exception: any thread, or a signal handler, may call it.
+ *
+ * Units: scene units for lengths, degrees for angles, linear RGB (Rec. 709 primaries) for colours; matrices are 4x4,
+ * row-major, and act on column vectors. Conventions are Mitsuba 3's: sensors and spots look along +z, a sensor's +x is to
+ * the left of the picture, y is up.
+ */
+#ifndef BRUME_H
+#define BRUME_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+#if defined(__GNUC__)
+#define BRUME_API __attribute__((visibility("default")))
+#else
+#define BRUME_API
+#endif
+
+#define BRUME_VERSION "0.1.0"
+
+/* What brume_result values mean; brume_result_name() names them. */
+typedef enum brume_result {
+    BRUME_OK = 0,
+    BRUME_ERROR_ARGUMENT = 1,  /* a NULL, a value out of range, a call out of order: the caller's mistake */
+    BRUME_ERROR_MEMORY = 2,    /* host or device memory ran out */
+    BRUME_ERROR_SCENE = 3,     /* a scene file, or a file it names, is missing or wrong */
+    BRUME_ERROR_NO_DEVICE = 4, /* no OpenCL platform or device, or not the one asked for */
+    BRUME_ERROR_DEVICE = 5,    /* an OpenCL call failed */
+    BRUME_ERROR_BUILD = 6,     /* the kernels did not compile; the whole log is in the message */
+    BRUME_ERROR_OUTPUT = 7,    /* a file could not be written */
+    BRUME_CANCELLED = 8        /* stopped by brume_render_cancel or the progress callback; the film is valid */
+} brume_result;
+
+BRUME_API const char *brume_result_name(brume_result result);
+
+/* The id of nothing: no texture, no medium, no back side. */
+#define BRUME_NONE UINT32_MAX
+
+/* ---- context ------------------------------------------------------------------------------------------------------ */
+
+typedef struct brume_context brume_context;
+
+typedef enum brume_log_level { BRUME_LOG_ERROR = 0, BRUME_LOG_WARNING = 1, BRUME_LOG_INFO = 2 } brume_log_level;
+
+/* `message` is one line without a newline (a build log may hold several), valid during the call. */
+typedef void (*brume_log_callback)(void *user, brume_log_level level, const char *message);
+
+BRUME_API brume_result brume_context_create(brume_context **out);
+BRUME_API void brume_context_destroy(brume_context *context);
+
+/* Where warnings and information go; NULL (the default) for nowhere. */
+BRUME_API void brume_context_set_log(brume_context *context, brume_log_callback callback, void *user);
+
+/* Detail of the last failed call on this context or anything made from it; "" before the first. Valid until the next
+ * failed call. */
+BRUME_API const char *brume_context_message(const brume_context *context);
+
+/* ---- devices ------------------------------------------------------------------------------------------------------ */
+
+typedef struct brume_device brume_device;
+
+typedef struct brume_device_info {
+    char name[128];
+    char platform[128];
+    char driver[64];
+    uint32_t is_gpu;
+    uint32_t compute_units;
+    uint64_t memory_bytes;
+    uint32_t has_double; /* cl_khr_fp64 */
+    uint32_t lanes;      /* paths per work-item that suit the device: 1 on GPUs, else 8 or 16 */
+} brume_device_info;
+
+/* The first GPU, else the first CPU device. */
+#define BRUME_DEVICE_ANY UINT32_MAX
+
+/* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. */
+BRUME_API brume_result brume_device_count(brume_context *context, uint32_t *out);
+BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out);
+BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
+BRUME_API void brume_device_destroy(brume_device *device);
+
+/* ---- scene description -------------------------------------------------------------------------------------------- */
+
+typedef struct brume_scene brume_scene;
+
+BRUME_API brume_result brume_scene_create(brume_context *context, brume_scene **out);
+BRUME_API void brume_scene_destroy(brume_scene *scene);
+
+/* A scene-file parameter, <default name="..."> or $name in the file. */
+typedef struct brume_parameter {
+    const char *name;
+    const char *value;
+} brume_parameter;
+
+/* Reads a Mitsuba 3 XML scene. Errors are BRUME_ERROR_SCENE with "file:line:column: what was expected". */
+BRUME_API brume_result brume_scene_load(brume_context *context, const char *path, const brume_parameter *parameters,
+                                        size_t parameter_count, brume_scene **out);
+
+/* Every descriptor starts with a cookie that only its default function sets. */
+
+typedef enum brume_texture_kind { BRUME_TEXTURE_BITMAP = 0, BRUME_TEXTURE_CHECKERBOARD = 1 } brume_texture_kind;
+typedef enum brume_texture_filter { BRUME_FILTER_BILINEAR = 0, BRUME_FILTER_NEAREST = 1 } brume_texture_filter;
+typedef enum brume_texture_wrap { BRUME_WRAP_REPEAT = 0, BRUME_WRAP_CLAMP = 1, BRUME_WRAP_MIRROR = 2 } brume_texture_wrap;
+
+/* A picture or pattern over texture coordinates (u, v). */
+typedef struct brume_texture_desc {
+    uint32_t cookie;
+    brume_texture_kind kind;     /* BITMAP */
+    uint32_t width, height;      /* of texels */
+    const float *texels;         /* height x width x 3, linear, row 0 first; v = 0 is the top of row 0. Copied. */
+    brume_texture_filter filter; /* BILINEAR */
+    brume_texture_wrap wrap;     /* REPEAT */
+    float color0[3], color1[3];  /* checkerboard: 0.4 where both fractions are on the same side of 1/2, else 0.2 */
+    float to_uv[6];              /* rows of a 2x3 matrix on (u, v, 1); identity */
+} brume_texture_desc;
+
+BRUME_API brume_texture_desc brume_texture_desc_default(void);
+BRUME_API brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_desc *desc, uint32_t *out_id);
+
+typedef enum brume_bsdf_kind {
+    BRUME_BSDF_DIFFUSE = 0,
+    BRUME_BSDF_DIELECTRIC = 1,      /* smooth refracting boundary */
+    BRUME_BSDF_CONDUCTOR = 2,       /* smooth metal */
+    BRUME_BSDF_ROUGH_CONDUCTOR = 3, /* microfacet metal */
+    BRUME_BSDF_NULL = 4             /* invisible: the boundary of a medium */
+} brume_bsdf_kind;
+
+typedef enum brume_distribution { BRUME_DISTRIBUTION_BECKMANN = 0, BRUME_DISTRIBUTION_GGX = 1 } brume_distribution;
+
+typedef struct brume_bsdf_desc {
+    uint32_t cookie;
+    brume_bsdf_kind kind;            /* DIFFUSE */
+    float reflectance[3];            /* diffuse: 0.5; others: specular_reflectance, 1 */
+    uint32_t reflectance_texture;    /* overrides reflectance unless BRUME_NONE */
+    float transmittance[3];          /* dielectric: specular_transmittance, 1 */
+    float int_ior, ext_ior;          /* dielectric: 1.5046 (BK7 glass), 1.000277 (air) */
+    float eta[3], k[3];              /* conductors: complex index eta - i k; 0, 1 (a perfect mirror) */
+    brume_distribution distribution; /* BECKMANN */
+    float alpha_u, alpha_v;          /* rough: RMS microfacet slope along the tangents, > 0; 0.1 */
+    uint32_t sample_visible;         /* rough: sample visible normals; 1 */
+    uint32_t two_sided;              /* reflect on both sides; 0: black from behind */
+    uint32_t back;                   /* two-sided: the bsdf seen from behind; BRUME_NONE: this one */
+} brume_bsdf_desc;
+
+BRUME_API brume_bsdf_desc brume_bsdf_desc_default(brume_bsdf_kind kind);
+BRUME_API brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *desc, uint32_t *out_id);
+
+/* A homogeneous participating medium. Phase function: Henyey & Greenstein 1941. */
+typedef struct brume_medium_desc {
+    uint32_t cookie;
+    float sigma_t[3];  /* extinction per scene unit, >= 0; 1 */
+    float albedo[3];   /* sigma_s / sigma_t, in [0, 1]; 0.75 */
+    float emission[3]; /* radiance emitted per scene unit, >= 0; 0 */
+    float g;           /* mean cosine, in (-1, 1); > 0 is forward; 0 is isotropic */
+} brume_medium_desc;
+
+BRUME_API brume_medium_desc brume_medium_desc_default(void);
+BRUME_API brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc *desc, uint32_t *out_id);
+
+typedef enum brume_light_kind {
+    BRUME_LIGHT_POINT = 0,
+    BRUME_LIGHT_SPOT = 1,
+    BRUME_LIGHT_DIRECTIONAL = 2,
+    BRUME_LIGHT_CONSTANT = 3, /* environment: the same radiance from everywhere */
+    BRUME_LIGHT_ENVMAP = 4    /* environment: a latitude-longitude map */
+} brume_light_kind;
+
+/* A light that is not a surface. A scene has at most one environment. */
+typedef struct brume_light_desc {
+    uint32_t cookie;
+    brume_light_kind kind;  /* as given to the default function */
+    float to_world[16];     /* identity; spot and directional light travels along +z; a point sits at the origin */
+    float intensity[3];     /* point, spot: W/sr; directional: irradiance on a facing surface; constant: radiance; 1 */
+    float cutoff_angle;     /* spot: half angle beyond which there is no light, in (0, 180]; 20 */
+    float beam_width;       /* spot: half angle inside which there is all of it, in [0, cutoff]; 0.75 cutoff if < 0: -1 */
+    uint32_t texture;       /* spot: gobo over the square that circumscribes the cone; BRUME_NONE */
+    uint32_t width, height; /* envmap */
+    const float *texels;    /* envmap: height x width x 3, row 0 is +y. Copied. */
+    float scale;            /* envmap: factor; 1 */
+} brume_light_desc;
+
+BRUME_API brume_light_desc brume_light_desc_default(brume_light_kind kind);
+BRUME_API brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *desc, uint32_t *out_id);
+
+typedef enum brume_shape_kind {
+    BRUME_SHAPE_MESH = 0,
+    BRUME_SHAPE_RECTANGLE = 1, /* [-1, 1]^2 in the plane z = 0, normal +z */
+    BRUME_SHAPE_CUBE = 2,      /* [-1, 1]^3, normals outwards */
+    BRUME_SHAPE_SPHERE = 3,    /* `radius` about `center` (then to_world, which must scale evenly) */
+    BRUME_SHAPE_DISK = 4       /* unit disk in z = 0, normal +z */
+} brume_shape_kind;
+
+/* A surface. With media it should be closed: interior lies behind its normal, exterior before it. */
+typedef struct brume_shape_desc {
+    uint32_t cookie;
+    brume_shape_kind kind;     /* MESH */
+    float to_world[16];        /* identity */
+    uint32_t vertex_count;     /* mesh */
+    const float *positions;    /* mesh: vertex_count x 3. Copied. */
+    const float *normals;      /* mesh: vertex_count x 3, or NULL for face normals. Copied. */
+    const float *uvs;          /* mesh: vertex_count x 2, or NULL. Copied. */
+    uint32_t triangle_count;   /* mesh */
+    const uint32_t *triangles; /* mesh: triangle_count x 3 vertex numbers, counter-clockwise from outside. Copied. */
+    float center[3];           /* sphere; 0 */
+    float radius;              /* sphere; 1 */
+    uint32_t flip_normals;     /* 0 */
+    uint32_t bsdf;             /* BRUME_NONE: diffuse 0.5, or black if it emits */
+    uint32_t interior;         /* medium behind the normal; BRUME_NONE */
+    uint32_t exterior;         /* medium before the normal; BRUME_NONE */
+    uint32_t is_boundary;      /* crossing it sets the medium even if both are BRUME_NONE; set when either is given */
+    float radiance[3];         /* emitted to the normal's side; 0 */
+} brume_shape_desc;
+
+BRUME_API brume_shape_desc brume_shape_desc_default(brume_shape_kind kind);
+BRUME_API brume_result brume_scene_add_shape(brume_scene *scene, const brume_shape_desc *desc, uint32_t *out_id);
+
+typedef enum brume_fov_axis {
+    BRUME_FOV_X = 0, BRUME_FOV_Y = 1, BRUME_FOV_DIAGONAL = 2, BRUME_FOV_SMALLER = 3, BRUME_FOV_LARGER = 4
+} brume_fov_axis;
+
+/* The camera: a pinhole, or a thin lens if aperture_radius > 0. */
+typedef struct brume_sensor_desc {
+    uint32_t cookie;
+    float to_world[16];         /* identity; no scale */
+    float fov;                  /* full angle along fov_axis, in (0, 180); 39.3077 (50 mm on 35 mm film) */
+    brume_fov_axis fov_axis;    /* X */
+    float near_clip, far_clip;  /* depths between which anything is seen, 0 < near < far; 0.01, 10000 */
+    float aperture_radius;      /* 0 */
+    float focus_distance;       /* depth of the plane in focus; used with a lens only; 1 */
+    uint32_t medium;            /* that the camera stands in; BRUME_NONE */
+} brume_sensor_desc;
+
+BRUME_API brume_sensor_desc brume_sensor_desc_default(void);
+BRUME_API brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc *desc);
+
+typedef enum brume_rfilter {
+    BRUME_RFILTER_BOX = 0,
+    BRUME_RFILTER_TENT = 1,
+    BRUME_RFILTER_GAUSSIAN = 2,
+    BRUME_RFILTER_MITCHELL = 3,
+    BRUME_RFILTER_CATMULLROM = 4,
+    BRUME_RFILTER_LANCZOS = 5
+} brume_rfilter;
+
+typedef struct brume_film_desc {
+    uint32_t cookie;
+    uint32_t width, height;               /* full size in pixels, 1 to 65536; 768 x 576 */
+    uint32_t crop_x, crop_y;              /* 0 */
+    uint32_t crop_width, crop_height;     /* 0: to the edge */
+    brume_rfilter rfilter;                /* GAUSSIAN */
+    float filter_radius;                  /* tent: 1; 0 elsewhere for the filter's own */
+    float filter_stddev;                  /* gaussian: 0.5, cut at 4 standard deviations */
+    float filter_b, filter_c;             /* mitchell: 1/3, 1/3 */
+    uint32_t filter_lobes;                /* lanczos: 3 */
+    uint32_t half;                        /* EXR radiance in 16 bits; 1 */
+    uint32_t alpha;                       /* write an alpha channel (the share of camera rays that met something); 0 */
+} brume_film_desc;
+
+BRUME_API brume_film_desc brume_film_desc_default(void);
+BRUME_API brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *desc);
+
+typedef enum brume_sampler { BRUME_SAMPLER_SOBOL = 0, BRUME_SAMPLER_INDEPENDENT = 1 } brume_sampler;
+
+typedef struct brume_integrator_desc {
+    uint32_t cookie;
+    int32_t max_depth;       /* path edges: 1 sees lights only, 2 adds one scattering event; -1 for no limit */
+    int32_t rr_depth;        /* Russian roulette from this depth on; 5 */
+    uint32_t hide_emitters;  /* camera rays don't see lights; 0 */
+    uint32_t ignore_media;   /* surfaces only; 0 */
+    brume_sampler sampler;   /* SOBOL */
+    uint32_t sample_count;   /* per pixel; 16 */
+    uint32_t seed;           /* 0 */
+} brume_integrator_desc;
+
+BRUME_API brume_integrator_desc brume_integrator_desc_default(void);
+BRUME_API brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrator_desc *desc);
+
+/* What a scene file or the calls above have set so far. */
+BRUME_API brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out);
+BRUME_API brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out);
+
+/* ---- render ------------------------------------------------------------------------------------------------------- */
+
+typedef struct brume_render brume_render;
+
+typedef enum brume_precision { BRUME_PRECISION_FLOAT = 0, BRUME_PRECISION_DOUBLE = 1 } brume_precision;
+
+typedef struct brume_render_desc {
+    uint32_t cookie;
+    brume_precision precision; /* FLOAT */
+    uint32_t lanes;            /* paths per work-item: 1, 4, 8, 16; 0: what suits the device */
+    uint32_t guides;           /* record albedo, normal and depth; 1 */
+    uint32_t sample_count;     /* per pixel; 0: the scene's */
+    uint32_t first_sample;     /* index of the first: ranges [first, first + count) of several renders add up; 0 */
+    uint32_t use_seed, seed;   /* override the scene's seed; 0, 0 */
+    uint32_t use_crop;         /* override the scene's crop; 0 */
+    uint32_t crop_x, crop_y, crop_width, crop_height;
+    uint32_t generic;          /* compile everything, whatever the scene calls for; 0 */
+} brume_render_desc;
+
+BRUME_API brume_render_desc brume_render_desc_default(void);
+
+/* Builds the BVH, uploads the scene and builds the kernels. The scene may be changed or destroyed afterwards: the render
+ * has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. */
+BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
+                                           const brume_render_desc *desc, brume_render **out);
+BRUME_API void brume_render_destroy(brume_render *render);
+
+typedef struct brume_progress {
+    double seconds;          /* since run began */
+    double fraction;         /* of the work, 0 to 1 */
+    double seconds_left;     /* estimate */
+    uint64_t samples;        /* done so far, over all pixels */
+} brume_progress;
+
+/* Called from within brume_render_run, a few times a second. Non-zero cancels. */
+typedef int (*brume_progress_callback)(void *user, const brume_progress *progress);
+
+/* Renders what is left of the sample range; BRUME_CANCELLED leaves a film with whole samples, to be read, written, or
+ * continued by calling run again. `progress` may be NULL. */
+BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_callback progress, void *user);
+
+/* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any signal handler. */
+BRUME_API void brume_render_cancel(brume_render *render);
+
+typedef struct brume_render_stats {
+    uint32_t width, height;         /* of the crop: the size of every channel */
+    uint32_t full_width, full_height, crop_x, crop_y;
+    uint32_t lanes;
+    uint32_t features;              /* what was compiled in; bits as in cl/shared.h */
+    uint32_t triangles, quadrics, bvh_nodes, bvh_depth, dropped_triangles;
+    uint32_t lights, emitters, media;
+    uint32_t first_sample, sample_count; /* the range asked for */
+    uint32_t seed;
+    uint32_t complete;              /* every sample of it is in the film */
+    uint64_t samples;               /* in the film, over all pixels */
+    uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */
+    uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for replay */
+    uint64_t device_bytes;
+    double bvh_seconds, upload_seconds, build_seconds, render_seconds;
+} brume_render_stats;
+
+BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);
+
+typedef enum brume_channel {
+    BRUME_CHANNEL_RADIANCE = 0,     /* 3 floats: mean over the samples */
+    BRUME_CHANNEL_VARIANCE = 1,     /* 3 floats: of the mean, from the spread of the samples; 0 below 2 samples */
+    BRUME_CHANNEL_ALBEDO = 2,       /* 3 floats: at the first non-specular hit, in [0, 1] */
+    BRUME_CHANNEL_NORMAL = 3,       /* 3 floats: there, world space, towards the viewer */
+    BRUME_CHANNEL_DEPTH = 4,        /* 1 float: distance to the first visible surface, mean over the samples that hit */
+    BRUME_CHANNEL_SAMPLE_COUNT = 5  /* 1 float */
+} brume_channel;
+
+/* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
+ * Guides need brume_render_desc.guides. */
+BRUME_API brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count);
+
+typedef struct brume_picture_desc {
+    uint32_t cookie;
+    float exposure;       /* PNG: stops, applied before the sRGB curve; 0 */
+    uint32_t layers;      /* EXR: also write albedo, N, Z, variance and sampleCount; 1 */
+    uint32_t half;        /* EXR radiance in 16 bits: 0, 1, or 2 for the film's choice; 2 */
+} brume_picture_desc;
+
+BRUME_API brume_picture_desc brume_picture_desc_default(void);
+
+/* Writes a picture by the path's extension, .exr or .png, atomically (a temporary name, then renamed). NULL desc: the defaults.
+ * The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was cut short. */
+BRUME_API brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc);
+
+#ifdef __cplusplus
+}
+#endif
+#endif

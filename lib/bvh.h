@@ -1,0 +1,21 @@
+/* bvh.h -- the 8-wide bounding volume hierarchy over triangles and quadrics. */
+#ifndef BRUME_BVH_H
+#define BRUME_BVH_H
+
+#include "context.h"
+#include "../cl/shared.h"
+
+typedef struct brume_bvh {
+    b_node *nodes;            /* [0] is the root; there is always one, empty for an empty scene */
+    b_triangle_block *blocks; /* of 8 triangles; leaves of quadrics index quadric_ids instead */
+    int32_t *quadric_ids;     /* leaf code: first block * 8 .. in groups of 8, -1 padding */
+    uint32_t node_count, block_count, quadric_block_count;
+    uint32_t depth;           /* levels of nodes */
+} brume_bvh;
+
+/* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. */
+brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
+                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count, brume_bvh *out);
+void brume_bvh_free(brume_bvh *bvh);
+
+#endif

@@ -1,0 +1,28 @@
+/* context.h -- errors and log lines: how every internal function reports.
+ *
+ * Internal functions return brume_result like the public ones and end in
+ *     return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: expected ...", file, line, column);
+ * which keeps the message and logs it.
+ */
+#ifndef BRUME_CONTEXT_H
+#define BRUME_CONTEXT_H
+
+#include "brume.h"
+
+struct brume_context {
+    int references; /* the creator's plus one for each object made from it */
+    brume_log_callback log;
+    void *log_user;
+    char *message;  /* NULL: none, or no memory to keep it */
+};
+
+/* Keeps and logs the message, returns `result`. context may be NULL. */
+brume_result brume_fail(brume_context *context, brume_result result, const char *format, ...)
+    __attribute__((format(printf, 3, 4)));
+void brume_warn(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+void brume_info(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+brume_context *brume_context_retain(brume_context *context);
+void brume_context_release(brume_context *context);
+
+#endif

@@ -1,0 +1,33 @@
+/* scene.h -- the scene description: what brume_scene_add_... and the scene-file reader fill in, and lib/arrays.c reads.
+ *
+ * Everything is the caller's descriptors, checked, with the arrays they point to copied. Ids are indices here.
+ */
+#ifndef BRUME_SCENE_H
+#define BRUME_SCENE_H
+
+#include "context.h"
+
+typedef struct brume_scene_texture { brume_texture_desc desc; float *texels; } brume_scene_texture;
+typedef struct brume_scene_light { brume_light_desc desc; float *texels; } brume_scene_light;
+/* Rectangles and cubes are meshes here already (desc.kind is MESH, SPHERE or DISK); positions are still object space. */
+typedef struct brume_scene_shape {
+    brume_shape_desc desc;
+    float *positions, *normals, *uvs; /* owned; desc's pointers are NULL */
+    uint32_t *triangles;
+} brume_scene_shape;
+
+struct brume_scene {
+    brume_context *context; /* retained */
+    brume_scene_texture *textures;
+    brume_bsdf_desc *bsdfs;
+    brume_medium_desc *media;
+    brume_scene_light *lights;
+    brume_scene_shape *shapes;
+    uint32_t texture_count, bsdf_count, medium_count, light_count, shape_count;
+    brume_sensor_desc sensor;
+    brume_film_desc film;
+    brume_integrator_desc integrator;
+    int has_sensor;
+};
+
+#endif
