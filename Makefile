@@ -1,6 +1,7 @@
 # make deps          install what is missing (Debian, Ubuntu; elsewhere: what to install)
 # make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example
 # make demo          render out/three-spots.exr and .png
+# make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
@@ -41,7 +42,10 @@ entry_points := $(wildcard cl/*.cl)
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
 test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard test/test_*.c),$(wildcard test/*.c)))
 
-.PHONY: all deps demo test check-cl crosscheck clean
+# `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
+first := $(filter deps,$(MAKECMDGOALS))
+
+.PHONY: all deps demo meshes test check-cl crosscheck clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
 
@@ -53,11 +57,11 @@ $(build)/libbrume.a: $(lib_objects)
 	rm -f $@
 	ar rcs $@ $^
 
-$(build)/lib/%.o: lib/%.c
+$(build)/lib/%.o: lib/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -c -o $@ $<
 
-$(build)/lib/%.o: lib/%.cc
+$(build)/lib/%.o: lib/%.cc | $(first)
 	@mkdir -p $(@D)
 	$(CXX) $(CXXFLAGS_all) -c -o $@ $<
 
@@ -66,10 +70,10 @@ $(build)/sources.c: $(cl_files) lib/embed.sh
 	@mkdir -p $(@D)
 	sh lib/embed.sh $(sort $(cl_files)) > $@.tmp && mv $@.tmp $@
 
-$(build)/sources.o: $(build)/sources.c
+$(build)/sources.o: $(build)/sources.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
-$(build)/apps/%.o: apps/%.c
+$(build)/apps/%.o: apps/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
@@ -79,9 +83,29 @@ $(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.
 $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
+deps:
+	@sh lib/deps.sh
+
+# ---- meshes and the demo ----------------------------------------------------------------------------------------------
+
+# Scenes say ../build/meshes/..., so this folder is the same for every configuration.
+meshes: build/meshes/bunny.obj build/meshes/forest.ply
+
+build/meshes/bunny.obj: apps/make-bunny.c | $(build)/make-bunny
+	@mkdir -p $(@D)
+	$(build)/make-bunny $@.tmp && mv $@.tmp $@
+
+build/meshes/forest.ply: apps/make-forest.c | $(build)/make-forest
+	@mkdir -p $(@D)
+	$(build)/make-forest $@.tmp && mv $@.tmp $@
+
+demo: $(build)/render-cli build/meshes/bunny.obj
+	@mkdir -p out
+	$(build)/render-cli scenes/three-spots.xml -o out/three-spots.exr -o out/three-spots.png
+
 # ---- tests: one program per subject, linked with the static library to reach its internals ---------------------------
 
-$(build)/test/%.o: test/%.c
+$(build)/test/%.o: test/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
@@ -91,7 +115,7 @@ $(build)/test/test_%: $(build)/test/test_%.o $(test_support) $(build)/libbrume.a
 test: all $(tests)
 	@sh test/run.sh $(build) $(sort $(tests))
 
-check-cl:
+check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))
 
 clean:
