@@ -30,7 +30,10 @@ void brume_text_format(brume_text *text, const char *format, ...) {
     va_start(arguments, format);
     int length = vsnprintf(line, sizeof line, format, arguments);
     va_end(arguments);
-    if (length > 0) brume_text_add(text, line, (size_t)length < sizeof line ? (size_t)length : sizeof line - 1);
+    if (length < 0 || (size_t)length >= sizeof line)
+        text->failed = 1;
+    else
+        brume_text_add(text, line, (size_t)length);
 }
 
 char *brume_text_read_file(const char *path, size_t *out_size) {

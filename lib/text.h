@@ -7,7 +7,7 @@
 typedef struct brume_text {
     char *data; /* NUL-terminated, or NULL while empty; free() */
     size_t length, capacity;
-    int failed; /* memory ran out: data is cut short */
+    int failed; /* memory ran out, or one formatted piece was longer than 1023 bytes: data is cut short */
 } brume_text;
 
 void brume_text_add(brume_text *text, const char *bytes, size_t count);
