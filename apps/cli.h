@@ -1,0 +1,100 @@
+/* cli.h -- what the parts of render-cli know of each other. It uses the public header only, like any other program. */
+#ifndef CLI_H
+#define CLI_H
+
+#include <stdio.h>
+
+#include "brume.h"
+
+/* Exit codes; after SIGINT or SIGTERM it is 128 + the signal's number. */
+enum {
+    CLI_EXIT_OK = 0,
+    CLI_EXIT_RUNTIME = 1,
+    CLI_EXIT_USAGE = 2,
+    CLI_EXIT_SCENE = 3,
+    CLI_EXIT_DEVICE = 4,
+    CLI_EXIT_BUILD = 5,
+    CLI_EXIT_OUTPUT = 6,
+    CLI_EXIT_SIGNAL = 128
+};
+
+/* ---- options (cli_options.c) ---- */
+
+typedef enum cli_progress_kind {
+    CLI_PROGRESS_AUTO = 0,
+    CLI_PROGRESS_NONE = 1,
+    CLI_PROGRESS_JSON = 2
+} cli_progress_kind;
+
+/* Strings point into argv; the arrays are owned. */
+typedef struct cli_options {
+    const char *scene;
+    const char **outputs;
+    size_t output_count;
+    brume_parameter *parameters; /* names are owned, values point into argv */
+    size_t parameter_count;
+    const char *device;     /* index or part of a name; NULL: any */
+    const char *stats_path; /* where --stats=json goes; "" for standard output; NULL: nowhere */
+    char *default_output;   /* owned; used when there is no -o */
+    cli_progress_kind progress;
+    int verbosity; /* -1 quiet, 0, 1 verbose */
+    int list_devices, help, version;
+    float exposure;
+    brume_render_desc render;
+} cli_options;
+
+/* Fills `options` (which cli_options_free releases, whatever came back). On failure an error line has been printed and
+ * the exit code is returned; 0 otherwise. */
+int cli_options_parse(cli_options *options, int argc, char **argv);
+void cli_options_free(cli_options *options);
+void cli_print_help(FILE *file);
+
+/* ---- lines for people and for programs (cli_progress.c) ---- */
+
+/* One line "render-cli: error: ..." on standard error. */
+void cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
+
+typedef struct cli_progress {
+    cli_progress_kind kind;
+    int verbosity;
+    int bar;         /* standard error is a terminal and wants one */
+    int bar_visible; /* the cursor stands behind a bar */
+} cli_progress;
+
+void cli_progress_init(cli_progress *progress, const cli_options *options);
+
+/* A step that begins ("Reading scene.xml") and, on the terminal, is overwritten by the next line. */
+void cli_progress_step(cli_progress *progress, const char *step, const char *detail);
+/* Callbacks for the library; `user` is the cli_progress. */
+void cli_progress_log(void *user, brume_log_level level, const char *message);
+int cli_progress_update(void *user, const brume_progress *update);
+/* Ends the line that a bar stands on. */
+void cli_progress_finish(cli_progress *progress);
+
+/* ---- statistics (cli_stats.c) ---- */
+
+/* Text as a JSON string with its quotes. Bytes that are not UTF-8 are written as U+FFFD. */
+void cli_json_string(FILE *file, const char *text);
+
+typedef struct cli_run {
+    const cli_options *options;
+    const brume_device_info *device;
+    const brume_render_stats *stats;
+    double load_seconds, write_seconds, total_seconds;
+    int exit_code;
+} cli_run;
+
+/* One JSON object on one line. */
+void cli_stats_print(FILE *file, const cli_run *run);
+/* A few lines for -v. */
+void cli_stats_summary(FILE *file, const cli_run *run);
+
+/* ---- output files (cli_output.c) ---- */
+
+/* Whether the path's extension is one that brume_render_write knows. */
+int cli_output_known(const char *path);
+/* Finds out, without leaving a trace, whether a file can be made in the path's folder and may take its name.
+ * 0, or CLI_EXIT_OUTPUT after an error line. */
+int cli_output_check(const char *path);
+
+#endif
