@@ -118,6 +118,10 @@ test: all $(tests)
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))
 
+# quick=1: the part for CI
+crosscheck: $(build)/render-cli
+	python3 test/crosscheck/crosscheck.py $(build) $(if $(quick),--quick)
+
 clean:
 	rm -rf build out
 
