@@ -1,0 +1,151 @@
+/* emitter.h -- light that a scattered ray can also meet: emitting surfaces and the environment.
+ *
+ * Surfaces are cut into pieces (triangles, spheres, disks), chosen in proportion to area times luminance, so that the
+ * density of choosing a point is luminance / b_params.emitter_weight per area, whichever piece it lies on. A sphere seen
+ * from outside is sampled over the cone that it fills instead. With both surfaces and an environment, each gets half.
+ */
+#ifndef BRUME_EMITTER_H
+#define BRUME_EMITTER_H
+
+#include "environment.h"
+#include "geometry.h"
+
+/* Light offered to a point by a sampled emitter. */
+typedef struct {
+    vec wi;        /* towards it, unit */
+    real distance; /* as far as a shadow ray should look: the offset origin to just before the emitter */
+    rgb radiance;  /* emitted towards the point */
+    real pdf;      /* per steradian, of this direction over all emitters */
+} emitted_light;
+
+FN real environment_share(const scene *s) {
+    if (!HAS(ENVIRONMENT) || s->params->environment == ENVIRONMENT_NONE) return R(0);
+    return R(HAS(AREA_LIGHTS) && s->params->emitter_count > 0 ? 0.5f : 1.0f);
+}
+
+/* 1 - cos of the half angle under which a sphere of radius r is seen from a distance d > r of its centre. */
+FN real sphere_versine(real r, real d) {
+    real sine2 = square(r / d);
+    return sine2 / (R(1) + sqrt(lmax(R(1) - sine2, R(0))));
+}
+
+/* Below this distance from the centre, in radii, a sphere is sampled by area: the cone is the hemisphere there. */
+#define SPHERE_NEAR R(1.0001)
+
+/* Density per steradian with which emitter_sample, from p, picks the direction to a point of an emitting surface. */
+FN real emitter_pdf(const scene *s, vec p, ireal prim, ireal shape, vec point, vec normal, mask live) {
+    vec to = vsub(point, p);
+    real d2 = vdot(to, to);
+    rgb radiance = CGATHER(s->shapes, radiance, shape);
+    real per_area = luminance(radiance) / R(s->params->emitter_weight);
+    real cosine = fabs(vdot(to, normal)) / sqrt(lmax(d2, R(1e-36)));
+    real pdf = per_area * d2 / lmax(cosine, R(1e-18));
+    if (HAS(QUADRICS)) {
+        mask quadric = live & (prim >= I(s->params->triangle_count));
+        if (ANY(quadric)) {
+            ireal q = quadric ? prim - I(s->params->triangle_count) : I(0);
+            mask sphere = quadric & (GATHER_INT(s->geometry.quadrics, kind, q) == I(QUADRIC_SPHERE));
+            real r = GATHER(s->geometry.quadrics, radius, q);
+            real d = vlength(vsub(VGATHER(s->geometry.quadrics, center, q), p));
+            real area = R(4 * PI) * square(r);
+            real cone = per_area * area / (R(2 * PI) * sphere_versine(r, lmax(d, r)));
+            pdf = sphere & (d > SPHERE_NEAR * r) ? cone : pdf;
+        }
+    }
+    return pdf * (R(1) - environment_share(s));
+}
+
+/* The outward normal at a sphere's point chosen evenly over the cone under which p sees the sphere, or over all of it where
+ * p is inside or touches it. */
+FN vec sphere_normal(vec p, vec center, real r, real u, real v) {
+    vec to = vsub(center, p);
+    real d = lmax(vlength(to), R(1e-30));
+    vec axis = vscale(to, R(1) / d), t, b;
+    orthonormal_basis(axis, &t, &b);
+    real versine = u * sphere_versine(r, lmax(d, r));
+    real sine = sqrt(versine * (R(2) - versine)), cosine = R(1) - versine;
+    real sp, cp;
+    lsincos(v * R(2 * PI), &sp, &cp);
+    vec w = vmad(t, sine * cp, vmad(b, sine * sp, vscale(axis, cosine)));
+    real nearest = d * cosine - sqrt(lmax(square(r) - square(d * sine), R(0)));
+    vec from_outside = vnormalize(vsub(vscale(w, nearest), to));
+    return vselect(d > SPHERE_NEAR * r, from_outside, warp_sphere(u, v));
+}
+
+FN emitted_light emitter_nothing(void) {
+    emitted_light e;
+    e.wi = vmake(R(0), R(0), R(1));
+    e.distance = R(0);
+    e.radiance = cgrey(R(0));
+    e.pdf = R(1);
+    return e;
+}
+
+/* From p (already offset from its own surface). u_choice, u, v in [0, 1). */
+FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, real v, mask live) {
+    emitted_light e = emitter_nothing();
+    real share = environment_share(s);
+    mask far = live & (u_choice < share);
+    if (HAS(ENVIRONMENT) && ANY(far)) {
+        real pdf;
+        vec d = environment_sample(s, u, v, &pdf);
+        rgb radiance = environment_radiance(s, d);
+        e.wi = vselect(far, d, e.wi);
+        e.distance = far ? FAR_AWAY : e.distance;
+        e.radiance = cselect(far, radiance, e.radiance);
+        e.pdf = far ? pdf * share : e.pdf;
+    }
+    mask near = live & !far;
+    if (HAS(AREA_LIGHTS) && s->params->emitter_count > 0 && ANY(near)) {
+        real c = lclamp((u_choice - share) / (R(1) - share), R(0), R(0.99999994));
+        ireal at = near ? cdf_find(s->cdf, I(s->params->emitter_cdf), s->params->emitter_count, c) : I(0);
+        ireal kind = GATHER_INT(s->emitters, kind, at), prim = GATHER_INT(s->emitters, prim, at);
+        ireal shape = GATHER_INT(s->emitters, shape, at);
+        vec point = p, normal = e.wi;
+        mask triangle = near & (kind == I(EMITTER_TRIANGLE));
+        if (ANY(triangle)) {
+            ireal i = triangle ? prim : I(0);
+            vec a = vgather(s->positions, GATHER_INT(s->triangles, v[0], i));
+            vec b = vgather(s->positions, GATHER_INT(s->triangles, v[1], i));
+            vec d = vgather(s->positions, GATHER_INT(s->triangles, v[2], i));
+            real b1, b2;
+            warp_triangle(u, v, &b1, &b2);
+            vec ab = vsub(b, a), ad = vsub(d, a);
+            point = vselect(triangle, vmad(ab, b1, vmad(ad, b2, a)), point);
+            normal = vselect(triangle, vnormalize(vcross(ab, ad)), normal);
+        }
+        mask quadric = near & !triangle;
+        if (HAS(QUADRICS) && ANY(quadric)) {
+            __global const b_quadric *quadrics = s->geometry.quadrics;
+            ireal q = quadric ? prim - I(s->params->triangle_count) : I(0);
+            vec center = VGATHER(quadrics, center, q);
+            mask sphere = quadric & (kind == I(EMITTER_SPHERE));
+            if (ANY(sphere)) {
+                vec n = sphere_normal(p, center, GATHER(quadrics, radius, q), u, v);
+                point = vselect(sphere, vmad(n, GATHER(quadrics, radius, q), center), point);
+                normal = vselect(sphere, n, normal);
+            }
+            mask disk = quadric & !sphere;
+            if (ANY(disk)) {
+                real x, y;
+                warp_disk(u, v, &x, &y);
+                vec on = vmad(VGATHER(quadrics, du, q), x, vmad(VGATHER(quadrics, dv, q), y, center));
+                point = vselect(disk, on, point);
+                normal = vselect(disk, VGATHER(quadrics, n, q), normal);
+            }
+        }
+        mask flipped = (GATHER_INT(s->shapes, flags, shape) & I(SHAPE_FLIP_NORMALS)) != I(0);
+        vec facing = vselect(flipped, vneg(normal), normal);
+        vec to = vsub(offset_origin(point, normal, vsub(p, point)), p);
+        real d = sqrt(lmax(vdot(to, to), R(1e-36)));
+        vec wi = vscale(to, R(1) / d);
+        mask lit = near & (vdot(facing, wi) < R(0));
+        e.wi = vselect(near, wi, e.wi);
+        e.distance = near ? d : e.distance;
+        e.radiance = cselect(near, cselect(lit, CGATHER(s->shapes, radiance, shape), cgrey(R(0))), e.radiance);
+        e.pdf = near ? emitter_pdf(s, p, prim, shape, point, normal, near) : e.pdf;
+    }
+    return e;
+}
+
+#endif

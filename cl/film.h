@@ -1,0 +1,43 @@
+/* film.h -- adding samples to the film's planes.
+ *
+ * Sums are compensated (Neumaier 1974): 2^25 additions of 1 in plain float32 stop at 2^24. Each pixel's samples are added
+ * in the order of their index, whatever the launches, so the film of a seed is the same bits however the work is cut.
+ */
+#ifndef BRUME_FILM_CL_H
+#define BRUME_FILM_CL_H
+
+#include "vec.h"
+
+/* The planes of `slots` pixels each; this work-item's lanes own the LANES slots from `first` on. */
+typedef struct {
+    __global float *planes;
+    size_t slots, first;
+} film;
+
+FN __global float *film_plane(const film *f, int plane) { return f->planes + (size_t)plane * f->slots + f->first; }
+
+FN void film_add_plain(const film *f, int plane, real x, mask m) {
+    __global float *p = film_plane(f, plane);
+    real old = load_lanes(p);
+    store_lanes(m ? old + x : old, p);
+}
+
+FN void film_add(const film *f, int sum_plane, int rest_plane, real x, mask m) {
+    __global float *sum_at = film_plane(f, sum_plane), *rest_at = film_plane(f, rest_plane);
+    real sum = load_lanes(sum_at), rest = load_lanes(rest_at);
+    real next = sum + x;
+    real lost = fabs(sum) >= fabs(x) ? (sum - next) + x : (x - next) + sum;
+    store_lanes(m ? next : sum, sum_at);
+    store_lanes(m ? rest + lost : rest, rest_at);
+}
+
+/* NaN or infinite, by the bits: no comparison can be compiled away. */
+FN mask is_bad(real x) {
+#ifdef BRUME_DOUBLE
+    return (as_ireal(x) & I(0x7ff0000000000000)) == I(0x7ff0000000000000);
+#else
+    return (as_ireal(x) & I(0x7f800000)) == I(0x7f800000);
+#endif
+}
+
+#endif

@@ -1,0 +1,89 @@
+/* medium.h -- homogeneous participating media: transmittance, emission, free flight.
+ *
+ * Chromatic extinction: a flight is drawn in one colour channel, chosen in proportion to the throughput, and weighted by
+ * the mixture of all channels' densities (Wilkie et al. 2014, "Hero wavelength spectral sampling"), so that no weight
+ * exceeds the sum of the throughput's channels.
+ */
+#ifndef BRUME_MEDIUM_H
+#define BRUME_MEDIUM_H
+
+#include "scene.h"
+#include "math.h"
+
+typedef struct {
+    rgb sigma_t, albedo, emission;
+    real g;
+} medium;
+
+FN medium medium_none(void) {
+    medium m;
+    m.sigma_t = m.albedo = m.emission = cgrey(R(0));
+    m.g = R(0);
+    return m;
+}
+
+/* The medium of each lane; where `id` is -1 nothing that absorbs, scatters or emits. */
+FN medium medium_of(const scene *s, ireal id) {
+    mask some = id >= I(0);
+    ireal i = some ? id : I(0);
+    rgb black = cgrey(R(0));
+    medium m;
+    if (s->params->medium_count == 1) {
+        m.sigma_t = cselect(some, cuniform(s->media[0].sigma_t), black);
+        m.albedo = cselect(some, cuniform(s->media[0].albedo), black);
+        m.emission = cselect(some, cuniform(s->media[0].emission), black);
+        m.g = some ? R(s->media[0].g) : R(0);
+        return m;
+    }
+    m.sigma_t = cselect(some, CGATHER(s->media, sigma_t, i), black);
+    m.albedo = cselect(some, CGATHER(s->media, albedo, i), black);
+    m.emission = cselect(some, CGATHER(s->media, emission, i), black);
+    m.g = some ? GATHER(s->media, g, i) : R(0);
+    return m;
+}
+
+/* exp(-sigma t), 1 for sigma = 0 however long the way. */
+FN rgb medium_transmittance(rgb sigma_t, real t) {
+    return cmake(lexp(-sigma_t.r * t), lexp(-sigma_t.g * t), lexp(-sigma_t.b * t));
+}
+
+/* Integral of exp(-sigma s) over s in [0, t]: (1 - exp(-sigma t)) / sigma, t for sigma -> 0. */
+FN real transmittance_integral(real sigma, real t) {
+    real tau = sigma * t;
+    real thin = t * (R(1) - R(0.5) * tau);
+    return tau < R(1e-5) ? thin : -lexpm1(-tau) / sigma;
+}
+
+FN rgb medium_emission(const medium *m, real t) {
+    return cmul(m->emission, cmake(transmittance_integral(m->sigma_t.r, t), transmittance_integral(m->sigma_t.g, t),
+                                   transmittance_integral(m->sigma_t.b, t)));
+}
+
+typedef struct {
+    mask scatters; /* else the flight reaches the end of the segment */
+    real t;
+    rgb weight; /* to multiply the throughput with: albedo and transmittance over the density */
+} flight;
+
+FN flight medium_flight(const medium *m, rgb throughput, real t_end, real u_channel, real u_flight) {
+    flight f;
+    real sum = throughput.r + throughput.g + throughput.b;
+    sum = sum > R(0) ? sum : R(1);
+    rgb q = cscale(throughput, R(1) / sum);
+    real sigma = u_channel < q.r ? m->sigma_t.r : u_channel < q.r + q.g ? m->sigma_t.g : m->sigma_t.b;
+    real t = sigma > R(0) ? -llog(u_flight) / lmax(sigma, R(1e-30)) : R(1e30);
+    f.scatters = t < t_end;
+    f.t = f.scatters ? t : t_end;
+    /* Relative to the thinnest channel, so that no optical depth underflows in all of them. */
+    real thinnest = cmin(m->sigma_t);
+    rgb relative = medium_transmittance(csub(m->sigma_t, cgrey(thinnest)), f.t);
+    rgb collide = cmul(m->sigma_t, relative);
+    real density_collide = q.r * collide.r + q.g * collide.g + q.b * collide.b;
+    real density_pass = q.r * relative.r + q.g * relative.g + q.b * relative.b;
+    rgb scattered = cscale(cmul(m->albedo, collide), R(1) / lmax(density_collide, R(1e-37)));
+    rgb passed = cscale(relative, R(1) / lmax(density_pass, R(1e-37)));
+    f.weight = cselect(f.scatters, scattered, passed);
+    return f;
+}
+
+#endif

@@ -1,0 +1,65 @@
+/* film.c -- see film.h. */
+#include "film.h"
+
+#include "../cl/shared.h"
+
+brume_film_layout brume_film_layout_make(uint32_t width, uint32_t height, uint32_t lanes) {
+    brume_film_layout l = {.width = width, .height = height};
+    l.tile_width = lanes >= 8 ? 4 : lanes >= 4 ? 2 : 1;
+    l.tile_height = lanes / l.tile_width;
+    l.tiles_x = (width + l.tile_width - 1) / l.tile_width;
+    l.group_count = l.tiles_x * ((height + l.tile_height - 1) / l.tile_height);
+    return l;
+}
+
+size_t brume_film_slot_count(const brume_film_layout *l) {
+    return (size_t)l->group_count * l->tile_width * l->tile_height;
+}
+
+static size_t slot_of(const brume_film_layout *l, uint32_t x, uint32_t y) {
+    size_t group = (size_t)(y / l->tile_height) * l->tiles_x + x / l->tile_width;
+    return group * l->tile_width * l->tile_height + (y % l->tile_height) * l->tile_width + x % l->tile_width;
+}
+
+/* Variance of the mean of n samples: (sum of squares - n mean^2) / (n (n - 1)). */
+static double variance_of_mean(double sum, double squares, double n) {
+    if (n < 2) return 0;
+    double spread = squares - sum * sum / n;
+    return spread > 0 ? spread / (n * (n - 1)) : 0;
+}
+
+void brume_film_resolve(const brume_film_layout *l, const float *planes, float filter_weight, brume_channel channel,
+                        float *out) {
+    size_t slots = brume_film_slot_count(l);
+    for (uint32_t y = 0; y < l->height; y++) {
+        for (uint32_t x = 0; x < l->width; x++) {
+            const float *at = planes + slot_of(l, x, y);
+#define PLANE(k) ((double)at[(size_t)(k) * slots])
+            double n = PLANE(FILM_COUNT), w = filter_weight, scale = n > 0 ? 1 / n : 0;
+            switch (channel) {
+            case BRUME_CHANNEL_RADIANCE:
+                for (int c = 0; c < 3; c++)
+                    *out++ = (float)(w * scale * (PLANE(FILM_SUM_R + c) + PLANE(FILM_REST_R + c)));
+                break;
+            case BRUME_CHANNEL_VARIANCE:
+                for (int c = 0; c < 3; c++)
+                    *out++ = (float)(w * w * variance_of_mean(PLANE(FILM_SUM_R + c) + PLANE(FILM_REST_R + c),
+                                                              PLANE(FILM_SQUARE_R + c), n));
+                break;
+            case BRUME_CHANNEL_ALBEDO:
+                for (int c = 0; c < 3; c++) *out++ = (float)(scale * PLANE(FILM_ALBEDO_R + c));
+                break;
+            case BRUME_CHANNEL_NORMAL:
+                for (int c = 0; c < 3; c++) *out++ = (float)(scale * PLANE(FILM_NORMAL_X + c));
+                break;
+            case BRUME_CHANNEL_DEPTH: {
+                double hits = PLANE(FILM_HIT_COUNT);
+                *out++ = (float)(hits > 0 ? PLANE(FILM_DEPTH) / hits : 0);
+                break;
+            }
+            case BRUME_CHANNEL_SAMPLE_COUNT: *out++ = (float)n; break;
+            }
+#undef PLANE
+        }
+    }
+}

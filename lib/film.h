@@ -1,0 +1,24 @@
+/* film.h -- where a pixel's values lie on the device, and how sums become channels. */
+#ifndef BRUME_FILM_H
+#define BRUME_FILM_H
+
+#include "context.h"
+
+/* A group is a tile of `lanes` pixels, rendered by one work-item; groups go row by row over the crop. */
+typedef struct brume_film_layout {
+    uint32_t width, height;           /* of the crop */
+    uint32_t tile_width, tile_height; /* lanes = tile_width * tile_height */
+    uint32_t tiles_x, group_count;
+} brume_film_layout;
+
+brume_film_layout brume_film_layout_make(uint32_t width, uint32_t height, uint32_t lanes);
+
+/* Slots: group_count * lanes, some of them outside the crop. */
+size_t brume_film_slot_count(const brume_film_layout *layout);
+
+/* planes: FILM_PLANES or FILM_GUIDE_PLANES times the slot count, as read from the device. out: height x width x (3 or 1)
+ * floats. filter_weight: b_params.filter_weight. */
+void brume_film_resolve(const brume_film_layout *layout, const float *planes, float filter_weight,
+                        brume_channel channel, float *out);
+
+#endif
