@@ -122,7 +122,8 @@ typedef struct brume_parameter {
 BRUME_API brume_result brume_scene_load(brume_context *context, const char *path, const brume_parameter *parameters,
                                         size_t parameter_count, brume_scene **out);
 
-/* Every descriptor starts with a cookie that only its default function sets. */
+/* Every descriptor starts with a cookie that only its default function sets. Ids count from 0 in the order of the calls;
+ * an out_id may be NULL where the id isn't wanted. */
 
 typedef enum brume_texture_kind { BRUME_TEXTURE_BITMAP = 0, BRUME_TEXTURE_CHECKERBOARD = 1 } brume_texture_kind;
 typedef enum brume_texture_filter { BRUME_FILTER_BILINEAR = 0, BRUME_FILTER_NEAREST = 1 } brume_texture_filter;
