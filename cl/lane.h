@@ -110,6 +110,9 @@ FN int count_lanes(mask m) { return (int)popcount(as_uint(convert_char4(m)) & 0x
 #endif
 #endif
 
+/* Random bits have their own width: the select for them. */
+FN ureal32 select32(mask m, ureal32 a, ureal32 b) { return LANE_PASTE(convert_, LANE_TYPE(int))(m) ? a : b; }
+
 /* p[i] for every lane. */
 FN real gather(__global const float *p, ireal i) {
     lanes_of_real r;

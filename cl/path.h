@@ -1,9 +1,8 @@
 /* path.h -- one path per lane, one segment at a time.
  *
- * A path is traced from the camera. On each segment: what the medium emits, and what lamps without extent scatter towards
- * the eye there (scatter_segment.h), both as integrals over the whole segment; then the path either scatters in the
- * medium or reaches the segment's end. At a surface: its emission; at a surface or a scattering event: lamps, emitters
- * and the environment by light sampling, combined with where the path goes next by the power heuristic (Veach 1997).
+ * On each segment: what the medium emits, and what lamps without extent scatter towards the eye there, both as integrals
+ * over the whole segment (path_medium.h); then the path either scatters in the medium or reaches the segment's end. At a
+ * surface: its emission; at a surface or a scattering event: light sampling (path_light.h), and the next direction.
  *
  * Depth counts scattering events; a path that has scattered k times and then meets a light has k + 1 edges and counts
  * while k + 1 <= max_depth. Null surfaces don't count.
@@ -11,147 +10,145 @@
 #ifndef BRUME_PATH_H
 #define BRUME_PATH_H
 
-#include "bsdf.h"
-#include "camera.h"
-#include "emitter.h"
-#include "filter.h"
-#include "random.h"
-#include "scatter_segment.h"
-#include "visibility.h"
+#include "film.h"
+#include "path_light.h"
+#include "path_medium.h"
 
-/* A path that has crossed so many surfaces ends; with roulette only endless total reflection or stacked boundaries do. */
+/* A path that has crossed so many surfaces ends; with roulette only stacked null boundaries get there. */
 #define MAX_SEGMENTS 4096
 
-typedef struct {
-    vec o, d;
-    real t_max;        /* the segment ends here at the latest */
-    rgb throughput, radiance;
-    real sign;         /* of the reconstruction filter at the sample */
-    ireal medium;      /* that the segment runs through, -1 none */
-    ireal depth;
-    ireal segments;
-    real eta;          /* product of relative indices of refraction, for roulette */
-    vec from;          /* the last scattering event, and the density per steradian with which it chose d; */
-    real pdf;          /* negative where no light sampling competes: the camera, a specular surface */
-    mask first;        /* nothing but null and specular surfaces so far: the guides' hit is still to come */
-    mask alive;
-    rng random;
-} path;
+/* Survival in roulette is at most this, so that closed scenes of albedo 1 end too. */
+#define MAX_SURVIVAL R(0.95)
 
-FN real power_heuristic(real a, real b) {
-    real r = b / lmax(a, R(1e-37));
-    return R(1) / fma(r, r, R(1));
+/* Light from beyond the scene, for lanes that left it. */
+FN void path_leave(const scene *s, path *p, mask left) {
+    mask sees = left & !((p->depth == I(0)) & (I(s->params->hide_emitters) != I(0)));
+    if (HAS(ENVIRONMENT) && s->params->environment != ENVIRONMENT_NONE && ANY(sees)) {
+        real pdf = environment_pdf(s, p->d) * environment_share(s);
+        path_add(p, sees, cscale(environment_radiance(s, p->d), met_weight(p, pdf)));
+    }
+    p->alive = p->alive & !left;
 }
 
-/* Light met by the path itself: weight against the light sampling that could have found it too. */
-FN real met_weight(const path *p, real light_pdf) {
-    return p->pdf < R(0) ? R(1) : power_heuristic(p->pdf, light_pdf);
+/* Emission of a surface that the path met. */
+FN void path_meet(const scene *s, path *p, const surface *at, ireal prim, mask met) {
+    mask hidden = (p->depth == I(0)) & (I(s->params->hide_emitters) != I(0));
+    mask emits = met & !hidden & (GATHER_INT(s->shapes, emits, at->shape) != I(0)) & (vdot(at->ng, p->d) < R(0));
+    if (!HAS(AREA_LIGHTS) || !ANY(emits)) return;
+    real pdf = emitter_pdf(s, p->from, prim, at->shape, at->p, at->ng, emits);
+    path_add(p, emits, cscale(CGATHER(s->shapes, radiance, at->shape), met_weight(p, pdf)));
 }
 
-FN void path_add(path *p, mask m, rgb value) {
-    p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
+/* Russian roulette on what the path can still carry. */
+FN void path_roulette(const scene *s, path *p, real u, mask live) {
+    mask plays = live & (p->depth >= I(s->params->rr_depth));
+    real survival = lmin(cmax(p->throughput) * square(p->eta), MAX_SURVIVAL);
+    mask ends = plays & (u >= survival);
+    p->throughput = cselect(plays & !ends, cscale(p->throughput, R(1) / lmax(survival, R(1e-30))), p->throughput);
+    p->alive = p->alive & !ends;
 }
 
-FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) {
-    path p;
-    p.random = random_start(s->params, to_ureal32(x), to_ureal32(y), sample);
-    random4 u = random_set(&p.random, SET_PIXEL);
-    film_offset at_x = filter_sample(s, unit(u.x)), at_y = filter_sample(s, unit(u.y));
-    p.sign = at_x.sign * at_y.sign;
-    random4 lens;
-    lens.x = lens.y = U32(0);
-    if (s->params->aperture_radius > 0) lens = random_set(&p.random, SET_LENS);
-    camera_ray ray = camera_ray_at(s->params, to_real(x) + R(0.5) + at_x.offset, to_real(y) + R(0.5) + at_y.offset,
-                                   unit(lens.x), unit(lens.y));
-    p.o = ray.o;
-    p.d = ray.d;
-    p.t_max = ray.t_max;
-    p.throughput = cgrey(R(1));
-    p.radiance = cgrey(R(0));
-    p.medium = I(HAS(MEDIA) ? s->params->sensor_medium : -1);
-    p.depth = p.segments = I(0);
-    p.eta = R(1);
-    p.from = ray.o;
-    p.pdf = R(-1);
-    p.first = TRUE_MASK;
-    p.alive = live;
-    return p;
+/* The film's first-hit channels: recorded at the first surface that is neither null nor specular, whether or not the fog
+ * scatters before it: the guides of a denoiser should have no noise of their own. */
+FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
+    mask record = p->first & plain;
+    if (ANY(record)) {
+        vec n = vselect(vdot(at->ns, p->d) > R(0), vneg(at->ns), at->ns);
+        film_add_plain(f, FILM_ALBEDO_R, albedo.r, record);
+        film_add_plain(f, FILM_ALBEDO_G, albedo.g, record);
+        film_add_plain(f, FILM_ALBEDO_B, albedo.b, record);
+        film_add_plain(f, FILM_NORMAL_X, n.x, record);
+        film_add_plain(f, FILM_NORMAL_Y, n.y, record);
+        film_add_plain(f, FILM_NORMAL_Z, n.z, record);
+        film_add_plain(f, FILM_DEPTH, p->travelled + t, record);
+        film_add_plain(f, FILM_HIT_COUNT, R(1), record);
+    }
+    p->first = p->first & !plain & !ends;
 }
 
-FN path path_select(mask m, path a, path b) {
-    path p;
-    p.o = vselect(m, a.o, b.o);
-    p.d = vselect(m, a.d, b.d);
-    p.t_max = m ? a.t_max : b.t_max;
-    p.throughput = cselect(m, a.throughput, b.throughput);
-    p.radiance = cselect(m, a.radiance, b.radiance);
-    p.sign = m ? a.sign : b.sign;
-    p.medium = m ? a.medium : b.medium;
-    p.depth = m ? a.depth : b.depth;
-    p.segments = m ? a.segments : b.segments;
-    p.eta = m ? a.eta : b.eta;
-    p.from = vselect(m, a.from, b.from);
-    p.pdf = m ? a.pdf : b.pdf;
-    p.first = (m & a.first) | (!m & b.first);
-    p.alive = (m & a.alive) | (!m & b.alive);
-    p.random = random_select(m, a.random, b.random);
-    return p;
+/* The next direction: a surface's BSDF, the medium's phase function, or straight on through a null surface. Everyone else
+ * ends. */
+FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through) {
+    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_SURFACE));
+    vec d = p->d;
+    real pdf = R(-1);
+    rgb weight = cgrey(R(1));
+    if (ANY(v->at_surface)) {
+        bsdf_sampled b = bsdf_sample(&v->b, v->wo, unit(u.x), unit(u.y), unit(u.z));
+        d = vselect(v->at_surface, to_world(&v->frame, b.wi), d);
+        weight = cselect(v->at_surface, b.weight, weight);
+        pdf = v->at_surface & !b.is_delta ? b.pdf : pdf;
+        p->eta = v->at_surface ? p->eta * b.eta : p->eta;
+    }
+    if (HAS(MEDIA) && ANY(v->in_medium)) {
+        real phase;
+        vec turned = phase_hg_sample(p->d, v->g, unit(u.y), unit(u.z), &phase);
+        d = vselect(v->in_medium, turned, d);
+        pdf = v->in_medium ? phase : pdf;
+    }
+    mask turns = v->at_surface | v->in_medium;
+    mask on_surface = v->at_surface | through;
+    p->alive = p->alive & (turns | through);
+    p->throughput = cselect(v->at_surface, cmul(p->throughput, weight), p->throughput);
+    p->t_max = through ? p->t_max - t : FAR_AWAY;
+    p->travelled = through ? p->travelled + t : p->travelled;
+    p->o = vselect(on_surface, offset_origin(v->p, v->ng, d), v->p);
+    p->d = d;
+    p->from = vselect(turns, v->p, p->from);
+    p->pdf = turns ? pdf : p->pdf;
+    p->depth = turns ? p->depth + I(1) : p->depth;
+    p->segments = p->segments + I(1);
+    p->alive = p->alive & !is_black(p->throughput) & (p->segments < I(MAX_SEGMENTS)) & (p->t_max > R(0));
+    if (HAS(MEDIA)) p->medium = on_surface ? medium_beyond(s, v->shape, v->ng, d, p->medium) : p->medium;
+    path_roulette(s, p, unit(u.w), turns & p->alive);
 }
 
-/* Everything that the medium does along the segment up to t; returns which lanes scatter, and moves `t` there. */
-FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
-    mask in = p->alive & (p->medium >= I(0));
+/* One segment for every living lane. */
+FN void path_step(const scene *s, const film *f, path *p) {
     ireal max_depth = I(s->params->max_depth);
-    path_add(p, in, medium_emission(m, *t));
+    mask looking = p->alive & p->first;
+    hit h = closest(&s->geometry, p->o, p->d, R(0), p->t_max, p->alive);
+    mask met = h.prim >= I(0);
+    real t = h.t;
 
-    mask scattering = in & ((m->sigma_t.r * m->albedo.r > R(0)) | (m->sigma_t.g * m->albedo.g > R(0)) |
-                            (m->sigma_t.b * m->albedo.b > R(0)));
-    random4 u = random_set(&p->random, random_medium_set(p->depth));
-    mask gathers = scattering & (p->depth + I(2) <= max_depth);
-    if (HAS(DELTA_LIGHTS) && ANY(gathers)) {
-        in_scatter g = scatter_along(s, p->o, p->d, *t, m, unit(u.x), unit(u.y), unit(u.z), gathers);
-        mask some = gathers & g.some;
-        if (ANY(some)) {
-            rgb seen = visibility(s, vmad(p->d, g.t, p->o), g.wi, g.distance, p->medium, some);
-            path_add(p, some, cmul(g.value, seen));
-        }
+    medium m = medium_none();
+    mask scatters = FALSE_MASK;
+    if (HAS(MEDIA) && ANY(p->alive & (p->medium >= I(0)))) {
+        m = medium_of(s, p->medium);
+        scatters = path_medium(s, p, &m, &t);
     }
+    mask left = p->alive & !scatters & !met;
+    if (ANY(left)) path_leave(s, p, left);
 
-    /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
-     * light that a ray can meet, one more scattering event for lamps. Otherwise the segment only attenuates. */
-    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3);
-    mask may = scattering & (needed <= max_depth);
-    flight f = medium_flight(m, p->throughput, may ? *t : R(0), unit(u.w), unit_positive(u.w));
-    rgb through = cselect(may, f.weight, medium_transmittance(m->sigma_t, *t));
-    p->throughput = cselect(in, cmul(p->throughput, through), p->throughput);
-    mask scatters = may & f.scatters;
-    *t = scatters ? f.t : *t;
-    p->alive = p->alive & !(in & is_black(p->throughput));
-    return scatters & p->alive;
+    mask reached = p->alive & !scatters & met;
+    mask looked_at = HAS(GUIDES) ? reached | (looking & met) : reached;
+    if (!ANY(looked_at | scatters)) return;
+
+    vertex v;
+    surface at = surface_of(s, p->o, p->d, h, looked_at);
+    v.frame = shading_frame_of(at.ns, at.tangent);
+    v.wo = to_local(&v.frame, vneg(p->d));
+    v.b = bsdf_of(s, GATHER_INT(s->shapes, bsdf, at.shape), v.wo, at.u, at.v, looked_at);
+    v.p = vselect(scatters, vmad(p->d, t, p->o), at.p);
+    v.ng = at.ng;
+    v.shape = at.shape;
+    v.g = m.g;
+    mask null = HAS(NULL) ? v.b.kind == I(BSDF_NULL) : FALSE_MASK;
+    mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
+
+    if (HAS(GUIDES)) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
+    if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
+
+    v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
+    v.in_medium = scatters;
+    mask lit = v.at_surface & !specular;
+    if (HAS(DELTA_LIGHTS) || HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) {
+        random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
+        if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(lit)) path_sample_lamps(s, p, &v, unit(u.w), lit);
+        mask offered = lit | v.in_medium;
+        if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && ANY(offered)) path_sample_emitters(s, p, &v, u, offered);
+    }
+    path_turn(s, p, &v, t, reached & null);
 }
 
-/* Light of emitters and the environment by light sampling, at a surface (bsdf) or in a medium (phase function). */
-FN void path_sample_emitters(const scene *s, path *p, vec o, const surface_frame *frame, const bsdf *b, const medium *m,
-                             mask at_surface, mask in_medium, random4 u) {
-    mask live = at_surface | in_medium;
-    emitted_light e = emitter_sample(s, o, unit(u.x), unit(u.y), unit(u.z), live);
-    mask lit = live & !is_black(e.radiance) & (e.pdf > R(0));
-    if (!ANY(lit)) return;
-    rgb f = cgrey(R(0));
-    real pdf = R(0);
-    if (ANY(lit & at_surface)) {
-        bsdf_value v = bsdf_eval(b, to_local(frame, vneg(p->d)), to_local(frame, e.wi));
-        f = cselect(at_surface, v.f, f);
-        pdf = at_surface ? v.pdf : pdf;
-    }
-    if (HAS(MEDIA) && ANY(lit & in_medium)) {
-        real phase = phase_hg(p->d, e.wi, m->g);
-        f = cselect(in_medium, cgrey(phase), f);
-        pdf = in_medium ? phase : pdf;
-    }
-    lit = lit & !is_black(f);
-    if (!ANY(lit)) return;
-    rgb value = cscale(cmul(f, e.radiance), power_heuristic(e.pdf, pdf) / e.pdf);
-    path_add(p, lit, cmul(value, visibility(s, o, e.wi, e.distance, p->medium, lit)));
-}
 #endif

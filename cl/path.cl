@@ -1,0 +1,77 @@
+/* path.cl -- the entry point: samples of a tile of pixels, one path per lane. */
+#include "path.h"
+
+#ifndef LOCAL_SIZE
+#define LOCAL_SIZE 1
+#endif
+
+/* So many lanes may idle before new samples start in them: starting costs all lanes the time of one camera ray. */
+#define MAX_IDLE (LANES / 8)
+
+#define TILE_WIDTH (LANES >= 8 ? 4 : LANES >= 4 ? 2 : 1)
+
+/* Adds finished paths to the film. */
+FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pixel, ureal32 sample, mask finished) {
+    mask broken = finished & (is_bad(p->radiance.r) | is_bad(p->radiance.g) | is_bad(p->radiance.b));
+    if (ANY(broken)) {
+        lanes_of_ireal is, at, index;
+        is.all = broken ? I(1) : I(0);
+        at.all = pixel;
+        index.all = to_ireal(sample);
+        EACH_LANE(k) {
+            if (is.one[k] && atomic_inc(&bad[BAD_COUNT]) == 0) {
+                bad[BAD_PIXEL] = (uint)at.one[k];
+                bad[BAD_SAMPLE] = (uint)index.one[k];
+            }
+        }
+    }
+    mask good = finished & !broken;
+    rgb x = cscale(p->radiance, p->sign);
+    film_add(f, FILM_SUM_R, FILM_REST_R, x.r, good);
+    film_add(f, FILM_SUM_G, FILM_REST_G, x.g, good);
+    film_add(f, FILM_SUM_B, FILM_REST_B, x.b, good);
+    film_add_plain(f, FILM_SQUARE_R, square(x.r), good);
+    film_add_plain(f, FILM_SQUARE_G, square(x.g), good);
+    film_add_plain(f, FILM_SQUARE_B, square(x.b), good);
+    film_add_plain(f, FILM_COUNT, R(1), good);
+}
+
+/* Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile. */
+__kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1)))
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, uint group_begin, uint group_end,
+                  uint first_sample, uint samples) {
+    uint group = group_begin + (uint)get_global_id(0);
+    if (group >= group_end) return;
+    SCENE_FROM_PARAMETERS(s);
+
+    uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
+    uint tile_height = LANES / TILE_WIDTH;
+    uint tiles_y = ((uint)params->crop_height + tile_height - 1) / tile_height;
+    film f;
+    f.planes = planes;
+    f.slots = (size_t)tiles_x * tiles_y * LANES;
+    f.first = (size_t)group * LANES;
+
+    ireal in_x = I((group % tiles_x) * TILE_WIDTH) + (lane_index() & I(TILE_WIDTH - 1));
+    ireal in_y = I((group / tiles_x) * tile_height) + lane_index() / I(TILE_WIDTH);
+    mask inside = (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
+    ireal x = in_x + I(params->crop_x), y = in_y + I(params->crop_y);
+
+    ireal started = I(0);
+    path p = path_start(&s, x, y, U32(first_sample), FALSE_MASK);
+    for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
+        mask idle = inside & !p.alive & (started < I(samples));
+        if (ANY(idle) && (!ANY(p.alive) || count_lanes(idle) > MAX_IDLE)) {
+            path fresh = path_start(&s, x, y, U32(first_sample) + to_ureal32(started), idle);
+            p = path_select(idle, fresh, p);
+            started = idle ? started + I(1) : started;
+        }
+        mask before = p.alive;
+        if (!ANY(before)) break;
+        path_step(&s, &f, &p);
+        mask finished = before & !p.alive;
+        if (ANY(finished))
+            finish_paths(&f, &p, bad, y * I(params->width) + x, U32(first_sample) + to_ureal32(started) - U32(1),
+                         finished);
+    }
+}

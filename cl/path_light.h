@@ -1,0 +1,95 @@
+/* path_light.h -- light sampling where a path scatters: lamps without extent, emitters, environment.
+ *
+ * Lamps are sampled here at surfaces only: what they scatter in a medium has been gathered along the whole segment
+ * already (path_medium.h). Emitters and the environment can also be met by the path itself, so that light sampling
+ * and path share the work by the power heuristic (Veach 1997).
+ */
+#ifndef BRUME_PATH_LIGHT_H
+#define BRUME_PATH_LIGHT_H
+
+#include "bsdf.h"
+#include "emitter.h"
+#include "path_state.h"
+#include "phase_hg.h"
+#include "reservoir.h"
+#include "visibility.h"
+
+/* Where a path scatters: at a surface (frame, bsdf, wo) or in the medium (phase function). */
+typedef struct {
+    vec p;             /* origin of what leaves it; a surface's is offset for each direction */
+    vec ng;
+    ireal shape;
+    shading_frame frame;
+    bsdf b;
+    vec wo;            /* local, towards where the path came from */
+    real g;
+    mask at_surface, in_medium;
+} vertex;
+
+/* Where a ray towards wi starts. */
+FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
+
+FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light, mask live) {
+    reservoir r = reservoir_start(u_light);
+    int count = s->params->light_count;
+    for (int k = 0; k < count; k++) {
+        delta_arrival a = delta_light_at(s, &s->lights[k], v->p);
+        real cosine = fabs(vdot(a.wi, v->frame.n));
+        reservoir_offer(&r, I(k), luminance(a.irradiance) * lmax(cosine, R(1e-3)), live);
+    }
+    live = live & (r.choice >= I(0));
+    if (!ANY(live)) return;
+    delta_arrival chosen = delta_light_at(s, &s->lights[0], v->p);
+    for (int k = 1; k < count; k++) {
+        mask this = live & (r.choice == I(k));
+        if (!ANY(this)) continue;
+        delta_arrival a = delta_light_at(s, &s->lights[k], v->p);
+        chosen.wi = vselect(this, a.wi, chosen.wi);
+        chosen.distance = this ? a.distance : chosen.distance;
+        chosen.irradiance = cselect(this, a.irradiance, chosen.irradiance);
+    }
+    bsdf_value f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, chosen.wi));
+    rgb value = cscale(cmul(f.f, chosen.irradiance), R(1) / lmax(reservoir_share(&r), R(1e-30)));
+    live = live & !is_black(value);
+    if (!ANY(live)) return;
+    /* Just short of the lamp, which may sit on a surface. */
+    real distance = chosen.distance * R(0.999999);
+    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, distance, p->medium, live);
+    path_add(p, live, cmul(value, seen));
+}
+
+FN real power_heuristic(real a, real b) {
+    real r = b / lmax(a, R(1e-37));
+    return R(1) / fma(r, r, R(1));
+}
+
+FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u, mask live) {
+    emitted_light e = emitter_sample(s, v->p, unit(u.x), unit(u.y), unit(u.z), live);
+    live = live & !is_black(e.radiance) & (e.pdf > R(0));
+    if (!ANY(live)) return;
+    rgb f = cgrey(R(0));
+    real pdf = R(0);
+    if (ANY(live & v->at_surface)) {
+        bsdf_value value = bsdf_eval(&v->b, v->wo, to_local(&v->frame, e.wi));
+        f = value.f;
+        pdf = value.pdf;
+    }
+    if (HAS(MEDIA) && ANY(live & v->in_medium)) {
+        real phase = phase_hg(p->d, e.wi, v->g);
+        f = cselect(v->in_medium, cgrey(phase), f);
+        pdf = v->in_medium ? phase : pdf;
+    }
+    live = live & !is_black(f);
+    if (!ANY(live)) return;
+    rgb value = cscale(cmul(f, e.radiance), power_heuristic(e.pdf, pdf) / e.pdf);
+    rgb seen = visibility(s, vertex_origin(v, e.wi), e.wi, e.distance, p->medium, live);
+    path_add(p, live, cmul(value, seen));
+}
+
+/* Weight of light that the path itself met, which light sampling from the last scattering event could have found with
+ * this density. */
+FN real met_weight(const path *p, real light_pdf) {
+    return p->pdf < R(0) ? R(1) : power_heuristic(p->pdf, light_pdf);
+}
+
+#endif

@@ -1,0 +1,48 @@
+/* path_medium.h -- what happens to a path between two surfaces: emission, in-scattered light of lamps, free flight. */
+#ifndef BRUME_PATH_MEDIUM_H
+#define BRUME_PATH_MEDIUM_H
+
+#include "path_state.h"
+#include "scatter_segment.h"
+#include "visibility.h"
+
+/* Everything that the medium does along the segment up to t; returns which lanes scatter, and moves `t` there. */
+FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
+    mask in = p->alive & (p->medium >= I(0));
+    ireal max_depth = I(s->params->max_depth);
+    path_add(p, in, medium_emission(m, *t));
+
+    mask scattering = in & ((m->sigma_t.r * m->albedo.r > R(0)) | (m->sigma_t.g * m->albedo.g > R(0)) |
+                            (m->sigma_t.b * m->albedo.b > R(0)));
+    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_MEDIUM));
+    mask camera = p->segments == I(0);
+    if (ANY(camera)) {
+        /* The distance along the first segment shares its set with the pixel position: padding it loses up to 10 x. */
+        random4 pixel = random_set(&p->random, SET_PIXEL);
+        u.z = select32(camera, pixel.z, u.z);
+        u.w = select32(camera, pixel.w, u.w);
+    }
+    mask gathers = scattering & (p->depth + I(2) <= max_depth);
+    if (HAS(DELTA_LIGHTS) && ANY(gathers)) {
+        in_scatter g = scatter_along(s, p->o, p->d, *t, m, unit(u.x), unit(u.y), unit(u.z), gathers);
+        mask some = gathers & g.some;
+        if (ANY(some)) {
+            rgb seen = visibility(s, vmad(p->d, g.t, p->o), g.wi, g.distance, p->medium, some);
+            path_add(p, some, cmul(g.value, seen));
+        }
+    }
+
+    /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
+     * light that a ray can meet, one more scattering event for lamps. Otherwise the segment only attenuates. */
+    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3);
+    mask may = scattering & (needed <= max_depth);
+    flight f = medium_flight(m, p->throughput, may ? *t : R(0), unit(u.y), unit_positive(u.w));
+    rgb through = cselect(may, f.weight, medium_transmittance(m->sigma_t, *t));
+    p->throughput = cselect(in, cmul(p->throughput, through), p->throughput);
+    mask scatters = may & f.scatters;
+    *t = scatters ? f.t : *t;
+    p->alive = p->alive & !(in & is_black(p->throughput));
+    return scatters & p->alive;
+}
+
+#endif

@@ -1,0 +1,82 @@
+/* path_state.h -- what one path per lane carries from segment to segment, and how it starts. */
+#ifndef BRUME_PATH_STATE_H
+#define BRUME_PATH_STATE_H
+
+#include "camera.h"
+#include "filter.h"
+#include "random.h"
+#include "scene.h"
+
+/* A path that has crossed so many surfaces ends; with roulette only endless total reflection or stacked boundaries do. */
+#define MAX_SEGMENTS 4096
+
+typedef struct {
+    vec o, d;
+    real t_max;        /* the segment ends here at the latest */
+    rgb throughput, radiance;
+    real sign;         /* of the reconstruction filter at the sample */
+    ireal medium;      /* that the segment runs through, -1 none */
+    ireal depth;
+    ireal segments;
+    real eta;          /* product of relative indices of refraction, for roulette */
+    vec from;          /* the last scattering event, and the density per steradian with which it chose d; */
+    real pdf;          /* negative where no light sampling competes: the camera, a specular surface */
+    real travelled;    /* from the camera, while `first` */
+    mask first;        /* nothing but null and specular surfaces so far: the guides' hit is still to come */
+    mask alive;
+    rng random;
+} path;
+
+FN void path_add(path *p, mask m, rgb value) {
+    p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
+}
+
+FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) {
+    path p;
+    p.random = random_start(s->params, to_ureal32(x), to_ureal32(y), sample);
+    random4 u = random_set(&p.random, SET_PIXEL);
+    film_offset at_x = filter_sample(s, unit(u.x)), at_y = filter_sample(s, unit(u.y));
+    p.sign = at_x.sign * at_y.sign;
+    random4 lens;
+    lens.x = lens.y = U32(0);
+    if (s->params->aperture_radius > 0) lens = random_set(&p.random, SET_LENS);
+    camera_ray ray = camera_ray_at(s->params, to_real(x) + R(0.5) + at_x.offset, to_real(y) + R(0.5) + at_y.offset,
+                                   unit(lens.x), unit(lens.y));
+    p.o = ray.o;
+    p.d = ray.d;
+    p.t_max = ray.t_max;
+    p.throughput = cgrey(R(1));
+    p.radiance = cgrey(R(0));
+    p.medium = I(HAS(MEDIA) ? s->params->sensor_medium : -1);
+    p.depth = p.segments = I(0);
+    p.eta = R(1);
+    p.from = ray.o;
+    p.pdf = R(-1);
+    p.travelled = R(0);
+    p.first = TRUE_MASK;
+    p.alive = live;
+    return p;
+}
+
+FN path path_select(mask m, path a, path b) {
+    path p;
+    p.o = vselect(m, a.o, b.o);
+    p.d = vselect(m, a.d, b.d);
+    p.t_max = m ? a.t_max : b.t_max;
+    p.throughput = cselect(m, a.throughput, b.throughput);
+    p.radiance = cselect(m, a.radiance, b.radiance);
+    p.sign = m ? a.sign : b.sign;
+    p.medium = m ? a.medium : b.medium;
+    p.depth = m ? a.depth : b.depth;
+    p.segments = m ? a.segments : b.segments;
+    p.eta = m ? a.eta : b.eta;
+    p.from = vselect(m, a.from, b.from);
+    p.pdf = m ? a.pdf : b.pdf;
+    p.travelled = m ? a.travelled : b.travelled;
+    p.first = (m & a.first) | (!m & b.first);
+    p.alive = (m & a.alive) | (!m & b.alive);
+    p.random = random_select(m, a.random, b.random);
+    return p;
+}
+
+#endif

@@ -1,0 +1,136 @@
+/* picture.c -- brume_render_write: which channels and attributes a picture file gets. */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <strings.h>
+
+#include "image.h"
+#include "render.h"
+
+enum { PICTURE_COOKIE = 0x62720002, MAX_CHANNELS = 16, MAX_ATTRIBUTES = 24 };
+
+brume_picture_desc brume_picture_desc_default(void) {
+    brume_picture_desc desc;
+    memset(&desc, 0, sizeof desc);
+    desc.cookie = PICTURE_COOKIE;
+    desc.layers = 1;
+    desc.half = 2;
+    return desc;
+}
+
+/* One brume_channel read from the film and what its components are called in an EXR. */
+typedef struct layer {
+    brume_channel channel;
+    int size;
+    const char *names[3];
+    int guide, always;
+} layer;
+
+static const layer layers[] = {
+    {BRUME_CHANNEL_RADIANCE, 3, {"R", "G", "B"}, 0, 1},
+    {BRUME_CHANNEL_ALBEDO, 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, 0},
+    {BRUME_CHANNEL_NORMAL, 3, {"N.X", "N.Y", "N.Z"}, 1, 0},
+    {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, 0},
+    {BRUME_CHANNEL_VARIANCE, 3, {"variance.R", "variance.G", "variance.B"}, 0, 0},
+    {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, 0},
+};
+enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
+
+static brume_exr_attribute text_attribute(const char *name, const char *text) {
+    brume_exr_attribute a = {.name = name, .type = BRUME_EXR_STRING, .string = text};
+    return a;
+}
+
+static brume_exr_attribute int_attribute(const char *name, uint32_t value) {
+    brume_exr_attribute a = {.name = name, .type = BRUME_EXR_INT, .integer = (int32_t)value};
+    return a;
+}
+
+static brume_exr_attribute float_attribute(const char *name, double value) {
+    brume_exr_attribute a = {.name = name, .type = BRUME_EXR_FLOAT, .number = (float)value};
+    return a;
+}
+
+/* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth. */
+static void world_to_ndc(const brume_render *render, float out[16]) {
+    const float *m = render->world_to_camera;
+    const b_params *p = &render->params;
+    for (int c = 0; c < 4; c++) {
+        out[c] = -m[c] / p->tan_x; /* the camera's x points to the left */
+        out[4 + c] = m[4 + c] / p->tan_y;
+        out[8 + c] = m[8 + c];
+        out[12 + c] = m[8 + c];
+    }
+}
+
+static brume_result write_exr(brume_render *render, const char *path, const brume_picture_desc *desc) {
+    const brume_render_stats *s = &render->stats;
+    size_t pixels = (size_t)s->width * s->height;
+    float *data[LAYER_COUNT] = {0};
+    brume_exr_channel channels[MAX_CHANNELS];
+    uint32_t count = 0;
+    brume_result result = BRUME_OK;
+    uint32_t half = desc->half == 2 ? render->film.half : desc->half;
+    for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
+        const layer *l = &layers[i];
+        if ((!desc->layers && !l->always) || (l->guide && !render->desc.guides)) continue;
+        size_t floats = pixels * (size_t)l->size;
+        data[i] = malloc(floats * sizeof(float));
+        if (!data[i])
+            result = brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+        else
+            result = brume_render_read(render, l->channel, data[i], floats);
+        for (int c = 0; c < l->size && result == BRUME_OK; c++)
+            channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
+                                                    l->channel == BRUME_CHANNEL_RADIANCE && half};
+    }
+    if (result == BRUME_OK) {
+        brume_exr_attribute attributes[MAX_ATTRIBUTES];
+        uint32_t n = 0;
+        brume_exr_attribute camera = {.name = "worldToCamera", .type = BRUME_EXR_MATRIX};
+        brume_exr_attribute ndc = {.name = "worldToNDC", .type = BRUME_EXR_MATRIX};
+        memcpy(camera.matrix, render->world_to_camera, sizeof camera.matrix);
+        world_to_ndc(render, ndc.matrix);
+        attributes[n++] = text_attribute("software", "brume " BRUME_VERSION);
+        attributes[n++] = text_attribute("device", render->device->info.name);
+        attributes[n++] = text_attribute("samplerName",
+                                         render->params.sampler == SAMPLER_SOBOL ? "sobol" : "independent");
+        attributes[n++] = int_attribute("samplesPerPixel", s->sample_count);
+        attributes[n++] = int_attribute("firstSample", s->first_sample);
+        attributes[n++] = int_attribute("seed", s->seed);
+        attributes[n++] = int_attribute("incomplete", !s->complete);
+        attributes[n++] = float_attribute("renderTimeSeconds", s->render_seconds);
+        attributes[n++] = camera;
+        attributes[n++] = ndc;
+        result = brume_exr_write(render->device->context, path, s->crop_x, s->crop_y, s->width, s->height,
+                                 s->full_width, s->full_height, channels, count, attributes, n);
+    }
+    for (int i = 0; i < LAYER_COUNT; i++) free(data[i]);
+    return result;
+}
+
+static brume_result write_png(brume_render *render, const char *path, const brume_picture_desc *desc) {
+    size_t floats = (size_t)render->stats.width * render->stats.height * 3;
+    float *rgb = malloc(floats * sizeof(float));
+    if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+    brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
+    if (result == BRUME_OK)
+        result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height, rgb,
+                                 desc->exposure);
+    free(rgb);
+    return result;
+}
+
+brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *given) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    brume_context *context = render->device->context;
+    if (!path) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_write: NULL path");
+    brume_picture_desc desc = given ? *given : brume_picture_desc_default();
+    if (desc.cookie != PICTURE_COOKIE)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_write: the descriptor does not come from brume_picture_desc_default()");
+    const char *dot = strrchr(path, '.');
+    if (dot && strcasecmp(dot, ".exr") == 0) return write_exr(render, path, &desc);
+    if (dot && strcasecmp(dot, ".png") == 0) return write_png(render, path, &desc);
+    return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
+}
