@@ -31,8 +31,10 @@ typedef uint32_t b_uint;
 
 /* ---- geometry ------------------------------------------------------------------------------------------------- */
 
-/* BVH8 node, 256 bytes. Empty slots have lo = 1e30, hi = -1e30. child >= 0 is a node;
- * child < 0 is a leaf: code = ~child, blocks code >> 4 ... + (code & 7), of quadrics if code & 8, else of triangles. */
+/* BVH8 node, 256 bytes. Empty slots have lo = 1e30, hi = -1e30 and follow the used ones. child >= 0 is a node;
+ * child < 0 is a leaf of (code & 7) + 1 blocks from block code >> 4 on, where code = ~child. With code & 8 they are
+ * blocks of quadrics, eight places of quadric_ids[] each (from place 8 * (code >> 4), -1 where unused), else blocks of
+ * triangles. Used places of a leaf come first. A leaf never mixes the two. */
 typedef struct {
     float lo_x[8], hi_x[8], lo_y[8], hi_y[8], lo_z[8], hi_z[8];
     int child[8];

@@ -10,7 +10,8 @@ typedef struct brume_bvh {
     b_triangle_block *blocks; /* of 8 triangles; leaves of quadrics index quadric_ids instead */
     int32_t *quadric_ids;     /* leaf code: first block * 8 .. in groups of 8, -1 padding */
     uint32_t node_count, block_count, quadric_block_count;
-    uint32_t depth;           /* levels of nodes */
+    uint32_t depth;           /* levels of nodes; at most 98 */
+    uint32_t stack_size;      /* entries a walk can need; kernels are built with -DBVH_STACK=stack_size */
 } brume_bvh;
 
 /* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. */
