@@ -42,7 +42,7 @@ class Case:
         self.reference_spp, self.our_spp = reference_spp, our_spp
         self.quick, self.block, self.margin = quick, block, margin
         self.parameters = {key: str(value) for key, value in parameters.items()}
-        self.name = " ".join([scene] + ["%s=%s" % item for item in self.parameters.items()])
+        self.name = " ".join([scene] + ["%s=%s" % item for item in self.parameters.items() if item[0] not in CROP])
 
     def file_name(self):
         return self.name.replace(" ", ",")
@@ -80,8 +80,8 @@ CASES = [
     Case("fogspot", 1024, 64, depth=2, g=0.9),
     Case("fogspot", 1024, 128, depth=3, g=-0.7),
     Case("fogspot", 1024, 256, depth=3, g=0, integrator="volpathmis"),
-    Case("fogspot", 1024, 256, depth=8, g=0.3),
-    Case("fogspot", 1024, 256, depth=-1, medium="isotropic"),
+    Case("fogspot", 384, 256, depth=8, g=0.6, around="bubbles"),
+    Case("fogspot", 384, 256, depth=-1, medium="isotropic", around="bubbles"),
     Case("cloud", 256, 256, quick=True),
     Case("cloud", 256, 256, integrator="volpath", depth=2),
     Case("inside", 512, 256),
@@ -92,7 +92,7 @@ CASES = [
     Case("cloudsky", 256, 256, quick=True),
     Case("cloudsky", 256, 256, hide="true"),
     Case("fogarea", 256, 256, quick=True),
-    Case("fogarea", 512, 256, integrator="volpath", depth=3, hide="true"),
+    Case("fogarea", 512, 256, integrator="volpath", depth=3),
 ]
 
 
@@ -139,7 +139,7 @@ def reference_images(mitsuba, numpy, case, seeds, folder):
     for path in sorted(glob.glob(os.path.join(HERE, "part_*.xml")) + glob.glob(os.path.join(HERE, "assets", "*"))):
         key.update(open(path, "rb").read())
     key.update(open(case.scene, "rb").read())
-    key.update(repr((mitsuba.__version__, mitsuba.variant(), case.name, case.reference_spp, seeds)).encode())
+    key.update(repr((mitsuba.__version__, mitsuba.variant(), sorted(case.parameters.items()), case.reference_spp, seeds)).encode())
     path = os.path.join(folder, "reference", key.hexdigest()[:24] + ".npy")
     if os.path.exists(path):
         return numpy.load(path)
