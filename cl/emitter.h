@@ -49,7 +49,8 @@ FN real emitter_pdf(const scene *s, vec p, ireal prim, ireal shape, vec point, v
             real d = vlength(vsub(VGATHER(s->geometry.quadrics, center, q), p));
             real area = R(4 * PI) * square(r);
             real cone = per_area * area / (R(2 * PI) * sphere_versine(r, lmax(d, r)));
-            pdf = sphere & (d > SPHERE_NEAR * r) ? cone : pdf;
+            mask from_outside = sphere & (d > SPHERE_NEAR * r);
+            pdf = from_outside ? cone : pdf;
         }
     }
     return pdf * (R(1) - environment_share(s));

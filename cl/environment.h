@@ -20,11 +20,11 @@ FN vec environment_rotate(__global const float *m, vec v) {
 
 /* u, v of a world direction, and the sine of its polar angle. */
 FN void environment_uv(const scene *s, vec d, real *u, real *v, real *sine) {
-    vec local = environment_rotate(s->params->environment_to_local, d);
-    real turn = latan2(local.x, -local.z) * R(1 / (2 * PI));
+    vec in_map = environment_rotate(s->params->environment_to_local, d);
+    real turn = latan2(in_map.x, -in_map.z) * R(1 / (2 * PI));
     *u = turn < R(0) ? turn + R(1) : turn;
-    *sine = sqrt(square(local.x) + square(local.z));
-    *v = latan2(*sine, local.y) * R(1 / PI);
+    *sine = sqrt(square(in_map.x) + square(in_map.z));
+    *v = latan2(*sine, in_map.y) * R(1 / PI);
 }
 
 FN rgb environment_texel(const scene *s, ireal x, ireal y) {
@@ -79,7 +79,6 @@ FN real environment_pdf(const scene *s, vec d) {
 }
 
 FN vec environment_sample(const scene *s, real u_row, real u_column, real *pdf) {
-    vec d;
     if (s->params->environment == ENVIRONMENT_CONSTANT) {
         *pdf = R(1 / (4 * PI));
         return warp_sphere(u_row, u_column);

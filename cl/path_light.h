@@ -9,6 +9,7 @@
 
 #include "bsdf.h"
 #include "emitter.h"
+#include "light_delta.h"
 #include "path_state.h"
 #include "phase_hg.h"
 #include "reservoir.h"

@@ -73,8 +73,8 @@ FN path path_select(mask m, path a, path b) {
     p.from = vselect(m, a.from, b.from);
     p.pdf = m ? a.pdf : b.pdf;
     p.travelled = m ? a.travelled : b.travelled;
-    p.first = (m & a.first) | (!m & b.first);
-    p.alive = (m & a.alive) | (!m & b.alive);
+    p.first = m ? a.first : b.first;
+    p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);
     return p;
 }
