@@ -112,6 +112,14 @@ $(build)/test/%.o: test/%.c | $(first)
 $(build)/test/test_%: $(build)/test/test_%.o $(test_support) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
 
+# The public header is held to the oldest languages it promises to compile in.
+$(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
+	@mkdir -p $(@D)
+	$(CXX) $(CXXFLAGS_all) -std=c++98 -pedantic-errors -Ilib -c -o $@ $<
+
+$(build)/test/test_headers: $(build)/test/header_cxx.o
+$(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
+
 test: all $(tests)
 	@sh test/run.sh $(build) $(sort $(tests))
 
