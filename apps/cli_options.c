@@ -76,8 +76,8 @@ void cli_print_help(FILE *file)
         fprintf(file, "%s\n", line);
     }
     fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at once.\n"
-          "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 wrong scene, 4 no device, 5 kernels not built,\n"
-          "6 output not written, 130 and 143 stopped by SIGINT and SIGTERM.\n", file);
+          "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 wrong scene, 4 no device,\n"
+          "5 kernels not built, 6 output not written, 130 and 143 stopped by SIGINT and SIGTERM.\n", file);
 }
 
 /* Optimal string alignment distance (insert, delete, replace, swap neighbours), capped: names are short. */

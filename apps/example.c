@@ -10,7 +10,7 @@
 
 #include "brume.h"
 
-/* The matrix (row-major) that puts its owner at `from` and points its +z at `to`, with +y upwards as far as possible. */
+/* The matrix (row-major) that puts its owner at `from` and points its +z at `to`, with +y upwards if possible. */
 static void look_at(float matrix[16], const float from[3], const float to[3])
 {
     float z[3] = {to[0] - from[0], to[1] - from[1], to[2] - from[2]};

@@ -1,0 +1,196 @@
+/* Child processes and the JSON they print. */
+#include "child.h"
+
+#include <ctype.h>
+#include <poll.h>
+#include <signal.h>
+#include <stdio.h>
+#include <string.h>
+#include <sys/types.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+/* Reads what there is, keeps what fits; 0 at the end. */
+static int drain(int pipe, char *text, size_t room, size_t *length)
+{
+    char bytes[4096];
+    ssize_t count = read(pipe, bytes, sizeof bytes);
+    if (count <= 0)
+        return 0;
+    size_t kept = (size_t)count < room - 1 - *length ? (size_t)count : room - 1 - *length;
+    memcpy(text + *length, bytes, kept);
+    *length += kept;
+    text[*length] = 0;
+    return 1;
+}
+
+int child_run(child_result *result, const char *folder, const char *const *argv, const char *signal_after, int number)
+{
+    int out[2], err[2];
+    size_t out_length = 0, err_length = 0;
+    memset(result, 0, sizeof *result);
+    if (pipe(out) != 0)
+        return 0;
+    if (pipe(err) != 0) {
+        close(out[0]);
+        close(out[1]);
+        return 0;
+    }
+    fflush(NULL);
+    pid_t child = fork();
+    if (child == 0) {
+        dup2(out[1], STDOUT_FILENO);
+        dup2(err[1], STDERR_FILENO);
+        close(out[0]);
+        close(out[1]);
+        close(err[0]);
+        close(err[1]);
+        /* The runner may have been started in the background, where SIGINT is ignored. */
+        signal(SIGINT, SIG_DFL);
+        if (chdir(folder) != 0)
+            _exit(127);
+        union { const char *const *in; char *const *out; } arguments = {argv};
+        execv(argv[0], arguments.out);
+        _exit(127);
+    }
+    close(out[1]);
+    close(err[1]);
+    int out_open = child > 0, err_open = child > 0;
+    while (out_open || err_open) {
+        struct pollfd polls[2] = {{out_open ? out[0] : -1, POLLIN, 0}, {err_open ? err[0] : -1, POLLIN, 0}};
+        if (poll(polls, 2, -1) < 0)
+            break;
+        if (polls[0].revents)
+            out_open = drain(out[0], result->out, sizeof result->out, &out_length);
+        if (polls[1].revents)
+            err_open = drain(err[0], result->err, sizeof result->err, &err_length);
+        if (signal_after && strstr(result->out, signal_after)) {
+            kill(child, number);
+            signal_after = NULL;
+        }
+    }
+    close(out[0]);
+    close(err[0]);
+    int status;
+    if (child < 0 || waitpid(child, &status, 0) != child)
+        return 0;
+    result->status = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    return result->status != 127;
+}
+
+/* ---- JSON: each function moves *s behind what it accepts, and returns whether it did ---- */
+
+static int json_value(const char **s, int depth);
+
+static void json_space(const char **s)
+{
+    while (**s && strchr(" \t\r\n", **s))
+        ++*s;
+}
+
+static int json_string(const char **s)
+{
+    if (*(*s)++ != '"')
+        return 0;
+    for (; **s != '"'; ++*s) {
+        if ((unsigned char)**s < 0x20)
+            return 0;
+        if (**s != '\\')
+            continue;
+        ++*s;
+        if (**s == 'u') {
+            for (int i = 0; i < 4; i++)
+                if (!isxdigit((unsigned char)*++*s))
+                    return 0;
+        } else if (!**s || !strchr("\"\\/bfnrt", **s)) {
+            return 0;
+        }
+    }
+    ++*s;
+    return 1;
+}
+
+static int json_digits(const char **s)
+{
+    const char *begin = *s;
+    while (isdigit((unsigned char)**s))
+        ++*s;
+    return *s > begin;
+}
+
+static int json_number(const char **s)
+{
+    *s += **s == '-';
+    if (**s == '0')
+        ++*s;
+    else if (!json_digits(s))
+        return 0;
+    if (**s == '.' && (++*s, !json_digits(s)))
+        return 0;
+    if (**s == 'e' || **s == 'E') {
+        ++*s;
+        *s += **s == '+' || **s == '-';
+        return json_digits(s);
+    }
+    return 1;
+}
+
+/* The rest of an object or array, whose opening bracket has been read. */
+static int json_list(const char **s, char close, int depth)
+{
+    json_space(s);
+    if (**s == close)
+        return ++*s, 1;
+    for (;;) {
+        json_space(s);
+        if (close == '}') {
+            if (!json_string(s))
+                return 0;
+            json_space(s);
+            if (*(*s)++ != ':')
+                return 0;
+        }
+        if (!json_value(s, depth + 1))
+            return 0;
+        json_space(s);
+        if (**s == close)
+            return ++*s, 1;
+        if (*(*s)++ != ',')
+            return 0;
+    }
+}
+
+static int json_value(const char **s, int depth)
+{
+    static const char *const words[] = {"true", "false", "null"};
+    if (depth > 32)
+        return 0;
+    json_space(s);
+    if (**s == '{' || **s == '[') {
+        char close = **s == '{' ? '}' : ']';
+        ++*s;
+        return json_list(s, close, depth);
+    }
+    if (**s == '"')
+        return json_string(s);
+    for (int i = 0; i < 3; i++)
+        if (strncmp(*s, words[i], strlen(words[i])) == 0)
+            return *s += strlen(words[i]), 1;
+    return json_number(s);
+}
+
+int json_valid(const char *text)
+{
+    int valid = json_value(&text, 0);
+    if (valid)
+        json_space(&text);
+    return valid && !*text;
+}
+
+const char *json_member(const char *json, const char *name)
+{
+    char key[64];
+    snprintf(key, sizeof key, "\"%s\":", name);
+    const char *found = strstr(json, key);
+    return found ? found + strlen(key) : NULL;
+}

@@ -1,0 +1,19 @@
+/* child.h -- runs a program as a child process and keeps what it printed, for tests of command line tools. */
+#ifndef TEST_CHILD_H
+#define TEST_CHILD_H
+
+typedef struct child_result {
+    int status;   /* exit code; 1000 + signal if a signal ended it */
+    char out[65536], err[65536]; /* the first 64 KB of its standard output and error */
+} child_result;
+
+/* Runs `argv` (NULL at the end) in the folder `folder`. If `signal_after` isn't NULL, `number` is sent to the child as
+ * soon as a line of its standard output contains that text. Returns 0 if the child could not be run. */
+int child_run(child_result *result, const char *folder, const char *const *argv, const char *signal_after, int number);
+
+/* Whether `text` is one JSON value (RFC 8259), perhaps with white space around it. */
+int json_valid(const char *text);
+/* The text behind "name": in `json`, NULL if there is none. */
+const char *json_member(const char *json, const char *name);
+
+#endif
