@@ -97,7 +97,7 @@ build/meshes/bunny.obj: apps/make-bunny.c | $(build)/make-bunny
 
 build/meshes/forest.ply: apps/make-forest.c | $(build)/make-forest
 	@mkdir -p $(@D)
-	$(build)/make-forest $@.tmp && mv $@.tmp $@
+	$(build)/make-forest $@.tmp $(@D)/ground.ply && mv $@.tmp $@
 
 demo: $(build)/render-cli build/meshes/bunny.obj
 	@mkdir -p out
