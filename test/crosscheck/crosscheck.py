@@ -139,7 +139,8 @@ def reference_images(mitsuba, numpy, case, seeds, folder):
     for path in sorted(glob.glob(os.path.join(HERE, "part_*.xml")) + glob.glob(os.path.join(HERE, "assets", "*"))):
         key.update(open(path, "rb").read())
     key.update(open(case.scene, "rb").read())
-    key.update(repr((mitsuba.__version__, mitsuba.variant(), sorted(case.parameters.items()), case.reference_spp, seeds)).encode())
+    key.update(repr((mitsuba.__version__, mitsuba.variant(), sorted(case.parameters.items()), case.reference_spp,
+                     seeds)).encode())
     path = os.path.join(folder, "reference", key.hexdigest()[:24] + ".npy")
     if os.path.exists(path):
         return numpy.load(path)
