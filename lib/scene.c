@@ -18,8 +18,7 @@
 
 #define REFUSE(...) return brume_fail(scene->context, BRUME_ERROR_ARGUMENT, __VA_ARGS__)
 
-brume_result brume_scene_create(brume_context *context, brume_scene **out)
-{
+brume_result brume_scene_create(brume_context *context, brume_scene **out) {
     if (!context || !out)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "scene: the %s is NULL",
                           context ? "out-parameter" : "context");
@@ -33,8 +32,7 @@ brume_result brume_scene_create(brume_context *context, brume_scene **out)
     return BRUME_OK;
 }
 
-void brume_scene_destroy(brume_scene *scene)
-{
+void brume_scene_destroy(brume_scene *scene) {
     if (!scene)
         return;
     for (uint32_t i = 0; i < scene->texture_count; i++)
@@ -62,8 +60,7 @@ void brume_scene_destroy(brume_scene *scene)
 #define MOST_TEXELS (INT32_MAX / 3)
 
 static brume_result check_texels(const brume_scene *scene, const char *noun, uint32_t width, uint32_t height,
-                                 const float *texels)
-{
+                                 const float *texels) {
     if (width == 0 || height == 0)
         REFUSE("%s: %u x %u texels are none", noun, (unsigned)width, (unsigned)height);
     if (!texels)
@@ -76,8 +73,7 @@ static brume_result check_texels(const brume_scene *scene, const char *noun, uin
     return BRUME_OK;
 }
 
-brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_desc *desc, uint32_t *out_id)
-{
+brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_desc *desc, uint32_t *out_id) {
     brume_scene_texture texture;
     TRY(brume_check_desc(scene, "texture", desc, COOKIE_TEXTURE));
     if ((unsigned)desc->kind > BRUME_TEXTURE_CHECKERBOARD)
@@ -109,21 +105,18 @@ brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_des
 
 /* ---- bsdfs ------------------------------------------------------------------------------------------------------- */
 
-static int transmits(brume_bsdf_kind kind)
-{
+static int transmits(brume_bsdf_kind kind) {
     return kind == BRUME_BSDF_DIELECTRIC || kind == BRUME_BSDF_NULL;
 }
 
-static int texture_exceeds_one(const brume_scene_texture *texture)
-{
+static int texture_exceeds_one(const brume_scene_texture *texture) {
     const brume_texture_desc *desc = &texture->desc;
     if (desc->kind == BRUME_TEXTURE_CHECKERBOARD)
         return !brume_all_within(desc->color0, 3, 0, 1) || !brume_all_within(desc->color1, 3, 0, 1);
     return !brume_all_within(texture->texels, 3 * (size_t)desc->width * desc->height, 0, 1);
 }
 
-brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *desc, uint32_t *out_id)
-{
+brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *desc, uint32_t *out_id) {
     TRY(brume_check_desc(scene, "bsdf", desc, COOKIE_BSDF));
     if ((unsigned)desc->kind > BRUME_BSDF_NULL)
         REFUSE("bsdf: kind %d is none", (int)desc->kind);
@@ -167,8 +160,7 @@ brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *des
 
 /* ---- media ------------------------------------------------------------------------------------------------------- */
 
-brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc *desc, uint32_t *out_id)
-{
+brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc *desc, uint32_t *out_id) {
     TRY(brume_check_desc(scene, "medium", desc, COOKIE_MEDIUM));
     if (!brume_all_within(desc->sigma_t, 3, 0, INFINITY))
         REFUSE("medium: sigma_t must be finite and not negative, not (%g, %g, %g)", desc->sigma_t[0], desc->sigma_t[1],
@@ -191,13 +183,11 @@ brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc 
 
 /* ---- lights ------------------------------------------------------------------------------------------------------ */
 
-static int is_environment(brume_light_kind kind)
-{
+static int is_environment(brume_light_kind kind) {
     return kind == BRUME_LIGHT_CONSTANT || kind == BRUME_LIGHT_ENVMAP;
 }
 
-static brume_result check_spot(const brume_scene *scene, const brume_light_desc *desc)
-{
+static brume_result check_spot(const brume_scene *scene, const brume_light_desc *desc) {
     if (!(desc->cutoff_angle > 0 && desc->cutoff_angle <= 180))
         REFUSE("light: cutoff_angle must be in (0, 180] degrees, not %g", desc->cutoff_angle);
     if (!(desc->beam_width <= desc->cutoff_angle))
@@ -209,8 +199,7 @@ static brume_result check_spot(const brume_scene *scene, const brume_light_desc 
     return BRUME_OK;
 }
 
-brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *desc, uint32_t *out_id)
-{
+brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *desc, uint32_t *out_id) {
     brume_scene_light light;
     TRY(brume_check_desc(scene, "light", desc, COOKIE_LIGHT));
     if ((unsigned)desc->kind > BRUME_LIGHT_ENVMAP)
@@ -254,8 +243,7 @@ brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *d
 
 /* ---- sensor, film, integrator ------------------------------------------------------------------------------------ */
 
-brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc *desc)
-{
+brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc *desc) {
     TRY(brume_check_desc(scene, "sensor", desc, COOKIE_SENSOR));
     const char *wrong = brume_check_transform(desc->to_world, BRUME_MAP_RIGID);
     if (wrong)
@@ -277,13 +265,11 @@ brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc 
 }
 
 /* The crop [start, start + count) inside [0, full); count 0 reaches to the edge. */
-static int crop_fits(uint32_t start, uint32_t count, uint32_t full)
-{
+static int crop_fits(uint32_t start, uint32_t count, uint32_t full) {
     return start < full && count <= full - start;
 }
 
-brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *desc)
-{
+brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *desc) {
     TRY(brume_check_desc(scene, "film", desc, COOKIE_FILM));
     if (desc->width < 1 || desc->width > 65536 || desc->height < 1 || desc->height > 65536)
         REFUSE("film: width and height must be in [1, 65536], not %u x %u", (unsigned)desc->width,
@@ -309,8 +295,7 @@ brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *des
     return BRUME_OK;
 }
 
-brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrator_desc *desc)
-{
+brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrator_desc *desc) {
     TRY(brume_check_desc(scene, "integrator", desc, COOKIE_INTEGRATOR));
     if (desc->max_depth < -1)
         REFUSE("integrator: max_depth must be -1 (no limit) or not negative, not %d", (int)desc->max_depth);
@@ -324,8 +309,7 @@ brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrat
     return BRUME_OK;
 }
 
-brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out)
-{
+brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out) {
     if (!scene || !out)
         return brume_fail(scene ? scene->context : NULL, BRUME_ERROR_ARGUMENT, "film: the %s is NULL",
                           scene ? "out-parameter" : "scene");
@@ -333,8 +317,7 @@ brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out
     return BRUME_OK;
 }
 
-brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out)
-{
+brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out) {
     if (!scene || !out)
         return brume_fail(scene ? scene->context : NULL, BRUME_ERROR_ARGUMENT, "integrator: the %s is NULL",
                           scene ? "out-parameter" : "scene");

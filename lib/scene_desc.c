@@ -3,19 +3,16 @@
 
 #include <string.h>
 
-static void set3(float v[3], float value)
-{
+static void set3(float v[3], float value) {
     v[0] = v[1] = v[2] = value;
 }
 
-static void set_identity(float m[16])
-{
+static void set_identity(float m[16]) {
     memset(m, 0, 16 * sizeof *m);
     m[0] = m[5] = m[10] = m[15] = 1;
 }
 
-brume_texture_desc brume_texture_desc_default(void)
-{
+brume_texture_desc brume_texture_desc_default(void) {
     brume_texture_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_TEXTURE;
@@ -25,8 +22,7 @@ brume_texture_desc brume_texture_desc_default(void)
     return desc;
 }
 
-brume_bsdf_desc brume_bsdf_desc_default(brume_bsdf_kind kind)
-{
+brume_bsdf_desc brume_bsdf_desc_default(brume_bsdf_kind kind) {
     brume_bsdf_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_BSDF;
@@ -43,8 +39,7 @@ brume_bsdf_desc brume_bsdf_desc_default(brume_bsdf_kind kind)
     return desc;
 }
 
-brume_medium_desc brume_medium_desc_default(void)
-{
+brume_medium_desc brume_medium_desc_default(void) {
     brume_medium_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_MEDIUM;
@@ -53,8 +48,7 @@ brume_medium_desc brume_medium_desc_default(void)
     return desc;
 }
 
-brume_light_desc brume_light_desc_default(brume_light_kind kind)
-{
+brume_light_desc brume_light_desc_default(brume_light_kind kind) {
     brume_light_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_LIGHT;
@@ -68,8 +62,7 @@ brume_light_desc brume_light_desc_default(brume_light_kind kind)
     return desc;
 }
 
-brume_shape_desc brume_shape_desc_default(brume_shape_kind kind)
-{
+brume_shape_desc brume_shape_desc_default(brume_shape_kind kind) {
     brume_shape_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_SHAPE;
@@ -80,8 +73,7 @@ brume_shape_desc brume_shape_desc_default(brume_shape_kind kind)
     return desc;
 }
 
-brume_sensor_desc brume_sensor_desc_default(void)
-{
+brume_sensor_desc brume_sensor_desc_default(void) {
     brume_sensor_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_SENSOR;
@@ -94,8 +86,7 @@ brume_sensor_desc brume_sensor_desc_default(void)
     return desc;
 }
 
-brume_film_desc brume_film_desc_default(void)
-{
+brume_film_desc brume_film_desc_default(void) {
     brume_film_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_FILM;
@@ -109,8 +100,7 @@ brume_film_desc brume_film_desc_default(void)
     return desc;
 }
 
-brume_integrator_desc brume_integrator_desc_default(void)
-{
+brume_integrator_desc brume_integrator_desc_default(void) {
     brume_integrator_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = COOKIE_INTEGRATOR;

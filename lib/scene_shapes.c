@@ -27,8 +27,7 @@ static const float cube_positions[24 * 3] = {
 };
 static const float face_uvs[4 * 2] = {0, 1, 1, 1, 1, 0, 0, 0};
 
-static brume_result check_mesh(const brume_scene *scene, const brume_shape_desc *desc)
-{
+static brume_result check_mesh(const brume_scene *scene, const brume_shape_desc *desc) {
     if (desc->vertex_count == 0 || desc->triangle_count == 0)
         REFUSE("shape: a mesh of %u vertices and %u triangles is empty", (unsigned)desc->vertex_count,
                (unsigned)desc->triangle_count);
@@ -53,8 +52,7 @@ static brume_result check_mesh(const brume_scene *scene, const brume_shape_desc 
     return BRUME_OK;
 }
 
-static brume_result check_shape(const brume_scene *scene, const brume_shape_desc *desc)
-{
+static brume_result check_shape(const brume_scene *scene, const brume_shape_desc *desc) {
     TRY(brume_check_desc(scene, "shape", desc, COOKIE_SHAPE));
     if ((unsigned)desc->kind > BRUME_SHAPE_DISK)
         REFUSE("shape: kind %d is none", (int)desc->kind);
@@ -79,15 +77,13 @@ static brume_result check_shape(const brume_scene *scene, const brume_shape_desc
 
 /* `faces` quads of four vertices each, counter-clockwise from outside, in the triangles' order of Mitsuba's cube. A
  * mirroring transform would turn them inside out: these shapes' normals are theirs by definition, not by winding. */
-static void fill_quads(brume_scene_shape *shape, uint32_t faces, int mirrored)
-{
+static void fill_quads(brume_scene_shape *shape, uint32_t faces, int mirrored) {
     static const uint32_t corners[2][6] = {{0, 1, 2, 3, 0, 2}, {0, 2, 1, 3, 2, 0}};
     for (uint32_t i = 0; i < 6 * faces; i++)
         shape->triangles[i] = 4 * (i / 6) + corners[mirrored != 0][i % 6];
 }
 
-static brume_result copy_geometry(const brume_scene *scene, const brume_shape_desc *desc, brume_scene_shape *shape)
-{
+static brume_result copy_geometry(const brume_scene *scene, const brume_shape_desc *desc, brume_scene_shape *shape) {
     int is_mesh = desc->kind == BRUME_SHAPE_MESH, is_cube = desc->kind == BRUME_SHAPE_CUBE;
     uint32_t vertices = is_mesh ? desc->vertex_count : is_cube ? 24 : 4;
     uint32_t triangles = is_mesh ? desc->triangle_count : vertices / 2;
@@ -114,8 +110,7 @@ static brume_result copy_geometry(const brume_scene *scene, const brume_shape_de
     return BRUME_OK;
 }
 
-brume_result brume_scene_add_shape(brume_scene *scene, const brume_shape_desc *desc, uint32_t *out_id)
-{
+brume_result brume_scene_add_shape(brume_scene *scene, const brume_shape_desc *desc, uint32_t *out_id) {
     TRY(check_shape(scene, desc));
     brume_scene_shape shape = {.desc = *desc};
     shape.desc.positions = shape.desc.normals = shape.desc.uvs = NULL;

@@ -1,0 +1,152 @@
+/* arrays.c -- the order in which the scene description becomes arrays, their memory, and the pins of their layout. */
+#include "arrays_build.h"
+
+#include <stdlib.h>
+#include <string.h>
+
+#include "clock.h"
+
+/* cl/shared.h promises these sizes to every device compiler. */
+#define PIN(type, size) typedef char pin_##type[sizeof(type) == (size) ? 1 : -1]
+PIN(b_node, 256);
+PIN(b_triangle_block, 320);
+PIN(b_triangle, 16);
+PIN(b_quadric, 64);
+PIN(b_shape, 48);
+PIN(b_bsdf, 80);
+PIN(b_texture, 80);
+PIN(b_medium, 48);
+PIN(b_light, 96);
+PIN(b_emitter, 16);
+PIN(b_params, 288);
+
+brume_result brume_arrays_alloc(const brume_scene *scene, const char *what, size_t count, size_t size,
+                                void *out_pointer) {
+    void *memory = NULL;
+    if (count > INT32_MAX)
+        return brume_fail(scene->context, BRUME_ERROR_MEMORY, "the scene has too many %s: %zu", what, count);
+    if (count && !(memory = calloc(count, size)))
+        return brume_fail(scene->context, BRUME_ERROR_MEMORY, "no memory for %zu %s", count, what);
+    memcpy(out_pointer, &memory, sizeof memory);
+    return BRUME_OK;
+}
+
+static brume_result more(const brume_scene *scene, const char *what, float **array, uint32_t *count, size_t extra,
+                         size_t floats, uint32_t *out_first) {
+    size_t total = *count + extra;
+    /* Kernels index single floats by int. */
+    if (total > INT32_MAX / floats)
+        return brume_fail(scene->context, BRUME_ERROR_MEMORY, "the scene has too many %s: %zu", what, total);
+    float *grown = realloc(*array, (total ? total : 1) * floats * sizeof(float));
+    if (!grown)
+        return brume_fail(scene->context, BRUME_ERROR_MEMORY, "no memory for %zu %s", total, what);
+    *array = grown;
+    *out_first = *count;
+    *count = (uint32_t)total;
+    return BRUME_OK;
+}
+
+brume_result brume_arrays_more_texels(const brume_scene *scene, brume_arrays *arrays, size_t count,
+                                      uint32_t *out_first) {
+    return more(scene, "texels", &arrays->texels, &arrays->texel_count, count, 3, out_first);
+}
+
+brume_result brume_arrays_more_cdf(const brume_scene *scene, brume_arrays *arrays, size_t count, uint32_t *out_first) {
+    return more(scene, "table entries", &arrays->cdf, &arrays->cdf_count, count, 1, out_first);
+}
+
+double brume_luminance(const float rgb[3]) {
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+double brume_cumulate(const double *weights, size_t count, float *cdf) {
+    double total = 0, sum = 0;
+    for (size_t i = 0; i < count; i++)
+        total += weights[i];
+    cdf[0] = 0;
+    for (size_t i = 0; i < count; i++) {
+        sum += weights[i];
+        /* The same additions in the same order: the last quotient is exactly 1. */
+        cdf[i + 1] = (float)(total > 0 ? sum / total : (double)(i + 1) / (double)count);
+    }
+    return total;
+}
+
+static void integrator(const brume_scene *scene, b_params *p) {
+    const brume_integrator_desc *desc = &scene->integrator;
+    p->sampler = desc->sampler == BRUME_SAMPLER_SOBOL ? SAMPLER_SOBOL : SAMPLER_INDEPENDENT;
+    p->max_depth = desc->max_depth < 0 ? 1 << 30 : desc->max_depth;
+    p->rr_depth = desc->rr_depth;
+    p->hide_emitters = desc->hide_emitters != 0;
+    p->ignore_media = desc->ignore_media != 0;
+    p->seed = desc->seed;
+}
+
+static int surfaces_emit(const brume_arrays *arrays) {
+    if (arrays->emitter_count || (arrays->features & FEATURE_ENVIRONMENT))
+        return 1;
+    for (uint32_t i = 0; i < arrays->medium_count && (arrays->features & FEATURE_MEDIA); i++)
+        for (int c = 0; c < 3; c++)
+            if (arrays->media[i].emission[c] > 0)
+                return 1;
+    return 0;
+}
+
+static brume_result build(const brume_scene *scene, const uint32_t crop[4], brume_arrays *arrays) {
+    b_params *p = &arrays->params;
+    BRUME_TRY(brume_arrays_camera(scene, crop, arrays));
+    BRUME_TRY(brume_arrays_filter(scene, arrays));
+    integrator(scene, p);
+    BRUME_TRY(brume_arrays_geometry(scene, arrays));
+    BRUME_TRY(brume_arrays_surfaces(scene, arrays));
+    BRUME_TRY(brume_arrays_media(scene, arrays));
+    BRUME_TRY(brume_arrays_lights(scene, arrays));
+    BRUME_TRY(brume_arrays_environment(scene, arrays));
+    if (p->quadric_count)
+        arrays->features |= FEATURE_QUADRICS;
+    p->surfaces_emit = surfaces_emit(arrays);
+    double start = brume_seconds();
+    BRUME_TRY(brume_bvh_build(scene->context, arrays->positions, arrays->triangles, (uint32_t)p->triangle_count,
+                              arrays->quadrics, (uint32_t)p->quadric_count, &arrays->bvh));
+    arrays->bvh_seconds = brume_seconds() - start;
+    return BRUME_OK;
+}
+
+brume_result brume_arrays_build(const brume_scene *scene, const uint32_t crop[4], brume_arrays *out) {
+    brume_arrays arrays;
+    memset(&arrays, 0, sizeof arrays);
+    if (!scene || !out)
+        return brume_fail(scene ? scene->context : NULL, BRUME_ERROR_ARGUMENT, "brume_arrays_build: NULL argument");
+    if (!scene->has_sensor)
+        return brume_fail(scene->context, BRUME_ERROR_SCENE, "the scene has no sensor");
+    brume_result result = build(scene, crop, &arrays);
+    if (result != BRUME_OK) {
+        brume_arrays_free(&arrays);
+        return result;
+    }
+    if (arrays.dropped_triangles)
+        brume_info(scene->context, "%u triangles without area were dropped", (unsigned)arrays.dropped_triangles);
+    *out = arrays;
+    return BRUME_OK;
+}
+
+void brume_arrays_free(brume_arrays *arrays) {
+    if (!arrays)
+        return;
+    brume_bvh_free(&arrays->bvh);
+    free(arrays->triangles);
+    free(arrays->quadrics);
+    free(arrays->positions);
+    free(arrays->normals);
+    free(arrays->uvs);
+    free(arrays->shapes);
+    free(arrays->bsdfs);
+    free(arrays->textures);
+    free(arrays->texels);
+    free(arrays->media);
+    free(arrays->lights);
+    free(arrays->emitters);
+    free(arrays->cdf);
+    free(arrays->filter);
+    memset(arrays, 0, sizeof *arrays);
+}
