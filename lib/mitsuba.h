@@ -74,6 +74,11 @@ int mitsuba_is(const mitsuba_object *object, const char *type);
 mitsuba_property *mitsuba_find(mitsuba_object *object, const char *name);
 /* The next unused nested object of that element name, whatever it is called; NULL if there is none. */
 mitsuba_property *mitsuba_child(mitsuba_object *object, const char *tag);
+/* A property that must be an object of that element name, nested or referenced; NULL if it is not there. */
+xml_node *mitsuba_object_of(mitsuba_object *object, const char *name, const char *tag);
+/* Objects may be referenced from many places and are read once: whether this is the time. It ends with mitsuba_end. */
+int mitsuba_begin(mitsuba_reader *reader, xml_node *node);
+void mitsuba_end(xml_node *node, uint32_t id);
 /* An error at the property, or at the object if it is not there. */
 void mitsuba_require(mitsuba_object *object, const char *name, int condition, const char *must);
 

@@ -135,6 +135,9 @@ static void fail_unknown_tag(mitsuba_reader *reader, const xml_node *node) {
         mitsuba_fail(reader, node, "unknown element <%s>", node->tag);
 }
 
+static int is_lower(char c) { return c >= 'a' && c <= 'z'; }
+static int is_upper(char c) { return c >= 'A' && c <= 'Z'; }
+
 /* Names were in camelCase before version 2. */
 static const char *upgraded_name(mitsuba_reader *reader, const xml_node *node, const char *type, const char *name) {
     if (!name || node->file->major >= 2) return name;
@@ -145,11 +148,10 @@ static const char *upgraded_name(mitsuba_reader *reader, const xml_node *node, c
         return name;
     }
     for (size_t i = 0; i < length; i++) {
-        int upper = name[i] >= 'A' && name[i] <= 'Z';
-        int after_lower = i > 0 && name[i - 1] >= 'a' && name[i - 1] <= 'z';
-        int in_word = n > 0 && i > 0 && name[i - 1] >= 'A' && name[i - 1] <= 'Z' && strchr("_", out[n - 2 < n ? n - 2 : 0]);
-        if (upper && after_lower) out[n++] = '_';
-        out[n++] = upper && (after_lower || in_word) ? (char)(name[i] - 'A' + 'a') : name[i];
+        out[n++] = name[i];
+        if (!is_lower(name[i]) || !is_upper(name[i + 1])) continue;
+        out[n++] = '_';
+        while (is_upper(name[i + 1])) out[n++] = (char)(name[++i] - 'A' + 'a'); /* intIOR is int_ior */
     }
     out[n] = '\0';
     if (strcmp(type, "diffuse") == 0 && strcmp(out, "diffuse_reflectance") == 0) return "reflectance";
@@ -253,4 +255,25 @@ void mitsuba_require(mitsuba_object *o, const char *name, int condition, const c
     for (uint32_t i = 0; i < o->count; i++)
         if (o->properties[i].name && strcmp(o->properties[i].name, name) == 0) node = o->properties[i].node;
     mitsuba_fail(o->reader, node, "property '%s' of %s must %s", name, o->type, must);
+}
+
+xml_node *mitsuba_object_of(mitsuba_object *o, const char *name, const char *tag) {
+    const mitsuba_property *p = mitsuba_find(o, name);
+    if (!p) return NULL;
+    if (p->object && strcmp(p->object->tag, tag) == 0) return p->object;
+    mitsuba_fail(o->reader, p->node, "property '%s' of %s must be a <%s>, not a <%s>", name, o->type, tag,
+                 p->object ? p->object->tag : p->node->tag);
+    return NULL;
+}
+
+int mitsuba_begin(mitsuba_reader *reader, xml_node *node) {
+    if (node->mark == XML_READING) mitsuba_fail(reader, node, "this <%s> contains a reference to itself", node->tag);
+    if (reader->result != BRUME_OK || node->mark == XML_READ) return 0;
+    node->mark = XML_READING;
+    return 1;
+}
+
+void mitsuba_end(xml_node *node, uint32_t id) {
+    node->mark = XML_READ;
+    node->id = id;
 }
