@@ -35,7 +35,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     path p;
     p.random = random_start(s->params, to_ureal32(x), to_ureal32(y), sample);
     random4 u = random_set(&p.random, SET_PIXEL);
-    film_offset at_x = filter_sample(s, unit(u.x)), at_y = filter_sample(s, unit(u.y));
+    filter_offset at_x = filter_sample(s, unit(u.x)), at_y = filter_sample(s, unit(u.y));
     p.sign = at_x.sign * at_y.sign;
     random4 lens;
     lens.x = lens.y = U32(0);
