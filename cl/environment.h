@@ -1,8 +1,8 @@
 /* environment.h -- light from infinitely far away: one radiance, or a latitude-longitude map sampled by its brightness.
  *
  * Map coordinates: u = azimuth / 2 pi, v = polar angle from the map's +y / pi; the local direction is
- * (sin phi sin theta, cos theta, -cos phi sin theta). As in Mitsuba 3, texel column i is centred on u = i / width (and
- * wraps around), row j on v = j / (height - 1), bilinear in between. The sampling density is constant over each of the
+ * (sin phi sin theta, cos theta, -cos phi sin theta). As in Mitsuba 3, texel column i is centred on u = (i + 1/2) / width
+ * (and wraps around), row j on v = j / (height - 1), bilinear in between. The sampling density is constant over each of the
  * width x height equal cells of (u, v).
  */
 #ifndef BRUME_ENVIRONMENT_H
@@ -35,12 +35,13 @@ FN rgb environment_radiance(const scene *s, vec d) {
     int width = s->params->environment_width, height = s->params->environment_height;
     real u, v, sine;
     environment_uv(s, d, &u, &v, &sine);
-    real x = lclamp(u, R(0), R(1)) * R(width), y = lclamp(v, R(0), R(1)) * R(height - 1);
-    ireal x0 = to_ireal(x), y0 = to_ireal(y);
-    x0 = x0 < I(width) ? x0 : I(width - 1);
+    real x = lclamp(u, R(0), R(1)) * R(width) - R(0.5), y = lclamp(v, R(0), R(1)) * R(height - 1);
+    real column = floor(x);
+    ireal x0 = to_ireal(column), y0 = to_ireal(y);
     y0 = y0 < I(height - 1) ? y0 : I(height > 1 ? height - 2 : 0);
-    real fx = x - to_real(x0), fy = y - to_real(y0);
+    real fx = x - column, fy = y - to_real(y0);
     ireal x1 = x0 + I(1) < I(width) ? x0 + I(1) : I(0);
+    x0 = x0 < I(0) ? I(width - 1) : x0;
     ireal y1 = height > 1 ? y0 + I(1) : y0;
     rgb top = cadd(cscale(environment_texel(s, x0, y0), R(1) - fx), cscale(environment_texel(s, x1, y0), fx));
     rgb bottom = cadd(cscale(environment_texel(s, x0, y1), R(1) - fx), cscale(environment_texel(s, x1, y1), fx));
