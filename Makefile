@@ -120,7 +120,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
-test: all $(tests)
+test: all meshes $(tests)
 	@sh test/run.sh $(build) $(sort $(tests))
 
 check-cl: | $(first)
