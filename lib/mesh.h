@@ -15,7 +15,8 @@ typedef struct brume_mesh_options {
     int flip_tex_coords; /* v -> 1 - v */
 } brume_mesh_options;
 
-/* Polygons are triangulated. `where` prefixes errors ("file.xml:3:5"), NULL for none. */
+/* Polygons are triangulated. As in Mitsuba 3, a mesh without normals gets smooth ones unless face_normals is set.
+ * `where` prefixes errors ("file.xml:3:5"), NULL for none. */
 brume_result brume_mesh_read_obj(brume_context *context, const char *path, const brume_mesh_options *options,
                                  const char *where, brume_mesh *out);
 brume_result brume_mesh_read_ply(brume_context *context, const char *path, const brume_mesh_options *options,

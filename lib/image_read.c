@@ -1,0 +1,238 @@
+/* image_read.c -- reading pictures for textures and environments: EXR through OpenEXRCore, the rest through stb_image.
+ *
+ * 8 and 16-bit data is decoded by the exact sRGB curve (IEC 61966-2-1) unless taken raw; EXR and HDR are linear.
+ */
+#include <errno.h>
+#include <limits.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "image.h"
+#include "image_exr_context.h"
+#include "image_stb.h"
+#include "text.h"
+
+/* What every message starts with. */
+typedef struct source {
+    brume_context *context;
+    const char *path, *where;
+} source;
+
+static brume_result fail_at(const source *s, brume_result code, const char *what) {
+    return brume_fail(s->context, code, "%s%s%s: %s", s->where ? s->where : "", s->where ? ": " : "", s->path, what);
+}
+
+/* ---- stb ---------------------------------------------------------------------------------------------------------- */
+
+static float decode_srgb(double v) {
+    return (float)(v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4));
+}
+
+static brume_result read_stb(const source *s, const char *bytes, size_t size, int raw, brume_image *out) {
+    int width, height, bits;
+    const char *why;
+    void *decoded = brume_stb_decode(bytes, size, &width, &height, &bits, &why);
+    if (!decoded)
+        return brume_fail(s->context, BRUME_ERROR_SCENE, "%s%s%s: not a readable picture: %s", s->where ? s->where : "",
+                          s->where ? ": " : "", s->path, why);
+    size_t count = 3 * (size_t)width * (size_t)height;
+    float *texels = bits == BRUME_STB_FLOAT ? decoded : malloc(count * sizeof *texels);
+    if (!texels) {
+        free(decoded);
+        return fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
+    }
+    if (bits != BRUME_STB_FLOAT) {
+        float curve[256];
+        for (int i = 0; i < 256; i++)
+            curve[i] = raw ? (float)(i / 255.0) : decode_srgb(i / 255.0);
+        for (size_t i = 0; i < count; i++) {
+            unsigned value = bits == BRUME_STB_8 ? ((unsigned char *)decoded)[i] : ((unsigned short *)decoded)[i];
+            if (bits == BRUME_STB_8)
+                texels[i] = curve[value];
+            else
+                texels[i] = raw ? (float)(value / 65535.0) : decode_srgb(value / 65535.0);
+        }
+        free(decoded);
+    }
+    out->width = (uint32_t)width;
+    out->height = (uint32_t)height;
+    out->texels = texels;
+    return BRUME_OK;
+}
+
+/* ---- EXR ---------------------------------------------------------------------------------------------------------- */
+
+typedef struct exr_file {
+    exr_context_t exr;
+    exr_attr_box2i_t window;
+    int32_t width, height;
+    int grey;      /* a Y channel instead of R, G and B */
+    float *texels;
+} exr_file;
+
+/* 0, 1, 2 for the channels that go to R, G and B, else -1. */
+static int component(const exr_file *file, const char *name) {
+    static const char *const rgb[3] = {"R", "G", "B"};
+    for (int i = 0; i < 3; i++)
+        if (strcmp(name, file->grey ? "Y" : rgb[i]) == 0)
+            return file->grey ? 0 : i;
+    return -1;
+}
+
+static brume_result check_channels(const source *s, exr_file *file) {
+    const exr_attr_chlist_t *list;
+    if (exr_get_channels(file->exr, 0, &list) != EXR_ERR_SUCCESS)
+        return fail_at(s, BRUME_ERROR_SCENE, "the EXR has no channels");
+    for (int pass = 0; pass < 2; pass++) {
+        int found = 0;
+        file->grey = pass;
+        for (int i = 0; i < list->num_channels; i++) {
+            if (component(file, list->entries[i].name.str) < 0)
+                continue;
+            found++;
+            if (list->entries[i].x_sampling != 1 || list->entries[i].y_sampling != 1)
+                return fail_at(s, BRUME_ERROR_SCENE, "subsampled channels are not supported");
+        }
+        if (found == (pass ? 1 : 3))
+            return BRUME_OK;
+    }
+    return fail_at(s, BRUME_ERROR_SCENE, "expected the channels R, G and B, or Y");
+}
+
+/* Points the decoder's channels at the texels of a chunk whose first pixel is (x, y) of the data window. */
+static void aim(const exr_file *file, exr_decode_pipeline_t *decoder, int32_t x, int32_t y) {
+    for (int i = 0; i < decoder->channel_count; i++) {
+        exr_coding_channel_info_t *c = &decoder->channels[i];
+        int at = component(file, c->channel_name);
+        c->decode_to_ptr = NULL;
+        if (at < 0)
+            continue;
+        c->decode_to_ptr =
+            (uint8_t *)(file->texels + 3 * ((size_t)y * (size_t)file->width + (size_t)x) + (size_t)at);
+        c->user_pixel_stride = 3 * sizeof(float);
+        c->user_line_stride = (int32_t)(3 * sizeof(float)) * file->width;
+        c->user_bytes_per_element = sizeof(float);
+        c->user_data_type = EXR_PIXEL_FLOAT;
+    }
+}
+
+static exr_result_t decode_chunk(const exr_file *file, exr_decode_pipeline_t *decoder, int *started,
+                                 const exr_chunk_info_t *chunk, int32_t x, int32_t y) {
+    exr_result_t code = *started ? exr_decoding_update(file->exr, 0, chunk, decoder)
+                                 : exr_decoding_initialize(file->exr, 0, chunk, decoder);
+    if (code != EXR_ERR_SUCCESS)
+        return code;
+    aim(file, decoder, x, y);
+    if (!*started)
+        code = exr_decoding_choose_default_routines(file->exr, 0, decoder);
+    *started = 1;
+    return code == EXR_ERR_SUCCESS ? exr_decoding_run(file->exr, 0, decoder) : code;
+}
+
+static exr_result_t read_scanlines(const exr_file *file, exr_decode_pipeline_t *decoder) {
+    int32_t lines = 1;
+    int started = 0;
+    exr_result_t code = exr_get_scanlines_per_chunk(file->exr, 0, &lines);
+    for (int32_t y = 0; y < file->height && code == EXR_ERR_SUCCESS; y += lines) {
+        exr_chunk_info_t chunk;
+        code = exr_read_scanline_chunk_info(file->exr, 0, file->window.min.y + y, &chunk);
+        if (code == EXR_ERR_SUCCESS)
+            code = decode_chunk(file, decoder, &started, &chunk, 0, y);
+    }
+    return code;
+}
+
+/* The full-resolution level. */
+static exr_result_t read_tiles(const exr_file *file, exr_decode_pipeline_t *decoder) {
+    int32_t tile_width = 0, tile_height = 0;
+    int started = 0;
+    exr_result_t code = exr_get_tile_sizes(file->exr, 0, 0, 0, &tile_width, &tile_height);
+    if (code == EXR_ERR_SUCCESS && (tile_width < 1 || tile_height < 1))
+        code = EXR_ERR_INVALID_ATTR;
+    for (int32_t y = 0; code == EXR_ERR_SUCCESS && y < file->height; y += tile_height)
+        for (int32_t x = 0; code == EXR_ERR_SUCCESS && x < file->width; x += tile_width) {
+            exr_chunk_info_t chunk;
+            code = exr_read_tile_chunk_info(file->exr, 0, x / tile_width, y / tile_height, 0, 0, &chunk);
+            if (code == EXR_ERR_SUCCESS)
+                code = decode_chunk(file, decoder, &started, &chunk, x, y);
+        }
+    return code;
+}
+
+static brume_result read_exr(const source *s, brume_image *out) {
+    brume_exr_errors errors = {""};
+    exr_file file;
+    exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
+    exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
+    exr_storage_t storage = EXR_STORAGE_SCANLINE;
+    brume_result result = BRUME_OK;
+    memset(&file, 0, sizeof file);
+    start.error_handler_fn = brume_exr_on_error;
+    start.user_data = &errors;
+    exr_result_t code = exr_start_read(&file.exr, s->path, &start);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_storage(file.exr, 0, &storage);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_data_window(file.exr, 0, &file.window);
+    if (code != EXR_ERR_SUCCESS)
+        goto cleanup;
+    if (storage != EXR_STORAGE_SCANLINE && storage != EXR_STORAGE_TILED) {
+        result = fail_at(s, BRUME_ERROR_SCENE, "deep EXR files are not supported");
+        goto cleanup;
+    }
+    int64_t width = (int64_t)file.window.max.x - file.window.min.x + 1;
+    int64_t height = (int64_t)file.window.max.y - file.window.min.y + 1;
+    if (width < 1 || height < 1 || width > INT_MAX / 12 || height > INT_MAX / 12 || width * height > INT_MAX / 3) {
+        result = fail_at(s, BRUME_ERROR_SCENE, "the EXR is empty or too large");
+        goto cleanup;
+    }
+    file.width = (int32_t)width;
+    file.height = (int32_t)height;
+    result = check_channels(s, &file);
+    if (result != BRUME_OK)
+        goto cleanup;
+    file.texels = calloc((size_t)(width * height), 3 * sizeof *file.texels);
+    if (!file.texels) {
+        result = fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
+        goto cleanup;
+    }
+    code = storage == EXR_STORAGE_TILED ? read_tiles(&file, &decoder) : read_scanlines(&file, &decoder);
+    for (size_t i = 0; file.grey && i < (size_t)(width * height); i++)
+        file.texels[3 * i + 1] = file.texels[3 * i + 2] = file.texels[3 * i];
+cleanup:
+    if (file.exr) {
+        exr_decoding_destroy(file.exr, &decoder);
+        exr_finish(&file.exr);
+    }
+    if (result == BRUME_OK && code != EXR_ERR_SUCCESS)
+        result = fail_at(s, BRUME_ERROR_SCENE, errors.first[0] ? errors.first : exr_get_default_error_message(code));
+    if (result != BRUME_OK) {
+        free(file.texels);
+        return result;
+    }
+    out->width = (uint32_t)file.width;
+    out->height = (uint32_t)file.height;
+    out->texels = file.texels;
+    return BRUME_OK;
+}
+
+brume_result brume_image_read(brume_context *context, const char *path, int raw, const char *where, brume_image *out) {
+    static const char exr_magic[4] = {0x76, 0x2f, 0x31, 0x01};
+    if (!path || !out)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_image_read: NULL argument");
+    const source s = {context, path, where};
+    size_t size;
+    char *bytes = brume_text_read_file(path, &size);
+    if (!bytes)
+        return fail_at(&s, BRUME_ERROR_SCENE, strerror(errno));
+    brume_result result;
+    if (size == 0)
+        result = fail_at(&s, BRUME_ERROR_SCENE, "the file is empty");
+    else if (size >= sizeof exr_magic && memcmp(bytes, exr_magic, sizeof exr_magic) == 0)
+        result = read_exr(&s, out);
+    else
+        result = read_stb(&s, bytes, size, raw, out);
+    free(bytes);
+    return result;
+}

@@ -1,0 +1,53 @@
+/* image_stb.c -- stb_image and stb_image_write, compiled here alone and kept static, so that a program with its own copy
+ * can link the static library.
+ */
+#include "image_stb.h"
+
+#include <limits.h>
+
+/* For the whole file: unused static functions are reported at its end. */
+#if defined(__GNUC__)
+#pragma GCC diagnostic ignored "-Wunused-function"
+#pragma GCC diagnostic ignored "-Wunused-parameter"
+#pragma GCC diagnostic ignored "-Wsign-compare"
+#pragma GCC diagnostic ignored "-Wshadow"
+#pragma GCC diagnostic ignored "-Wpointer-arith"
+#pragma GCC diagnostic ignored "-Wmissing-field-initializers"
+#pragma GCC diagnostic ignored "-Wstrict-prototypes"
+#pragma GCC diagnostic ignored "-Wmissing-prototypes"
+#endif
+#define STB_IMAGE_STATIC
+#define STB_IMAGE_IMPLEMENTATION
+#define STBI_NO_STDIO
+#include <stb/stb_image.h>
+#define STB_IMAGE_WRITE_STATIC
+#define STB_IMAGE_WRITE_IMPLEMENTATION
+#define STBI_WRITE_NO_STDIO
+#include <stb/stb_image_write.h>
+
+void *brume_stb_decode(const void *bytes, size_t size, int *out_width, int *out_height, int *out_bits,
+                       const char **out_why) {
+    int channels;
+    void *texels;
+    *out_why = "the file is too large";
+    if (size > INT_MAX)
+        return NULL;
+    if (stbi_is_hdr_from_memory(bytes, (int)size)) {
+        *out_bits = BRUME_STB_FLOAT;
+        texels = stbi_loadf_from_memory(bytes, (int)size, out_width, out_height, &channels, 3);
+    } else if (stbi_is_16_bit_from_memory(bytes, (int)size)) {
+        *out_bits = BRUME_STB_16;
+        texels = stbi_load_16_from_memory(bytes, (int)size, out_width, out_height, &channels, 3);
+    } else {
+        *out_bits = BRUME_STB_8;
+        texels = stbi_load_from_memory(bytes, (int)size, out_width, out_height, &channels, 3);
+    }
+    if (!texels)
+        *out_why = stbi_failure_reason() ? stbi_failure_reason() : "unknown image format";
+    return texels;
+}
+
+int brume_stb_encode_png(void (*write)(void *user, void *bytes, int size), void *user, int width, int height,
+                         const unsigned char *rgb) {
+    return stbi_write_png_to_func(write, user, width, height, 3, rgb, 3 * width);
+}
