@@ -1,9 +1,9 @@
 /* mitsuba.h -- reading a Mitsuba 3 scene: what the readers of the single plugins (lib/mitsuba_*.c) share.
  *
- * A plugin's reader opens the element as an object, asks it for each property it knows, and closes it; what nobody asked
- * for is then an error, so nothing in a scene is silently ignored. Errors stick: the first one is kept in the reader, and
- * everything after it does nothing and returns defaults, so that readers are written without error handling and check once
- * before they add to the scene.
+ * A plugin's reader opens the element as an object, asks it for each property it knows, and closes it; what nobody
+ * asked for is then an error, so nothing in a scene is silently ignored. Errors stick: the first one is kept in the
+ * reader, and everything after it does nothing and returns defaults, so that readers are written without error
+ * handling and check once before they add to the scene.
  */
 #ifndef BRUME_MITSUBA_H
 #define BRUME_MITSUBA_H
@@ -17,8 +17,8 @@ typedef struct mitsuba_reader {
     brume_context *context;
     brume_scene *scene;
     xml_tree *tree;
-    brume_result result;    /* the first error */
-    locale_t locale;        /* numbers in files have a point whatever the user's language */
+    brume_result result; /* the first error */
+    locale_t locale;     /* numbers in files have a point whatever the user's language */
     struct mitsuba_ids *ids;
     brume_integrator_desc integrator; /* from <integrator> and <sampler> */
     int has_integrator, has_sensor, has_environment, has_media, ignores_media;
@@ -50,7 +50,7 @@ typedef enum mitsuba_color {
     MITSUBA_EMISSION     /* >= 0 */
 } mitsuba_color;
 
-/* ---- objects (mitsuba_query.c) ------------------------------------------------------------------------------------- */
+/* ---- objects (mitsuba_query.c) ---------------------------------------------------------------------------------- */
 
 /* BRUME_ERROR_SCENE, "file:line:column: ..." at the element. */
 void mitsuba_fail(mitsuba_reader *reader, const xml_node *node, const char *format, ...)
@@ -58,8 +58,8 @@ void mitsuba_fail(mitsuba_reader *reader, const xml_node *node, const char *form
 void mitsuba_fail_memory(mitsuba_reader *reader);
 void mitsuba_warn(mitsuba_reader *reader, const xml_node *node, const char *format, ...)
     __attribute__((format(printf, 3, 4)));
-/* Keeps the result of a brume_scene_... call or of a reader of another file format; what is wrong with the description is
- * wrong with the element. */
+/* Keeps the result of a brume_scene_... call or of a reader of another file format; what is wrong with the description
+ * is wrong with the element. */
 void mitsuba_keep(mitsuba_reader *reader, const xml_node *node, brume_result result);
 /* "file:line:column" of the element, or NULL without memory. */
 const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node);
@@ -82,7 +82,7 @@ void mitsuba_end(xml_node *node, uint32_t id);
 /* An error at the property, or at the object if it is not there. */
 void mitsuba_require(mitsuba_object *object, const char *name, int condition, const char *must);
 
-/* ---- values (mitsuba_values.c) -------------------------------------------------------------------------------------- */
+/* ---- values (mitsuba_values.c) ---------------------------------------------------------------------------------- */
 
 float mitsuba_float(mitsuba_object *object, const char *name, double otherwise);
 int64_t mitsuba_integer(mitsuba_object *object, const char *name, int64_t otherwise);
@@ -100,7 +100,7 @@ int mitsuba_parse_number(const mitsuba_reader *reader, const char *text, double 
 /* Numbers between commas and spaces: how many there are, -1 if something else is there, max + 1 if too many. */
 int mitsuba_parse_numbers(const mitsuba_reader *reader, const char *text, double *out, int max);
 
-/* ---- transforms (mitsuba_transform.c): 4x4, row-major, double ---------------------------------------------------------- */
+/* ---- transforms (mitsuba_transform.c): 4x4, row-major, double --------------------------------------------------- */
 
 /* Whether it is there; identity otherwise. */
 int mitsuba_transform(mitsuba_object *object, const char *name, double out[16]);
@@ -109,7 +109,7 @@ int mitsuba_to_world(mitsuba_object *object, float out[16]);
 /* From a look-at; up may be 0. Zero if the directions don't span a frame. */
 int mitsuba_look_at(const double origin[3], const double target[3], const double up[3], double out[16]);
 
-/* ---- plugins and names ---------------------------------------------------------------------------------------------- */
+/* ---- plugins and names ------------------------------------------------------------------------------------------ */
 
 /* mitsuba_plugins.c: an error that names the plugin and the nearest known one, unless the type is supported. */
 void mitsuba_check_plugin(mitsuba_object *object);
@@ -125,7 +125,7 @@ int mitsuba_conductor(const char *name, float out_eta[3], float out_k[3]);
 const char *mitsuba_nearest_dielectric(const char *name);
 const char *mitsuba_nearest_conductor(const char *name);
 
-/* ---- readers: each adds to the scene and returns the id there, BRUME_NONE after an error -------------------------------- */
+/* ---- readers: each adds to the scene and returns the id there, BRUME_NONE after an error ------------------------ */
 
 uint32_t mitsuba_read_texture(mitsuba_reader *reader, xml_node *node);
 uint32_t mitsuba_read_bsdf(mitsuba_reader *reader, xml_node *node);

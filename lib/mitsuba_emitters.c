@@ -1,7 +1,7 @@
 /* mitsuba_emitters.c -- point, spot, directional, constant, envmap; area inside shapes.
  *
- * An emitter's medium is the one its light starts in. Paths are built from the camera and know the medium they are in, so
- * it is read, to be checked, and then has no effect: as in Mitsuba's own volpath.
+ * An emitter's medium is the one its light starts in. Paths are built from the camera and know the medium they are in,
+ * so it is read, to be checked, and then has no effect: as in Mitsuba's own volpath.
  */
 #include "image.h"
 #include "mitsuba.h"
@@ -117,7 +117,8 @@ void mitsuba_read_emitter(mitsuba_reader *reader, xml_node *node) {
 
 void mitsuba_read_area(mitsuba_reader *reader, xml_node *node, float out_radiance[3]) {
     mitsuba_object o = mitsuba_open(reader, node);
-    if (!mitsuba_is(&o, "area")) mitsuba_fail(reader, node, "a shape's emitter must be an area emitter, not %s", o.type);
+    if (!mitsuba_is(&o, "area"))
+        mitsuba_fail(reader, node, "a shape's emitter must be an area emitter, not %s", o.type);
     out_radiance[0] = out_radiance[1] = out_radiance[2] = 1.0f;
     mitsuba_rgb(&o, "radiance", MITSUBA_EMISSION, out_radiance);
     read_common(&o);

@@ -69,7 +69,8 @@ static void collect(mitsuba_reader *reader, xml_node *node) {
         add_alias(reader, node);
     else if (id && mitsuba_is_object_tag(node->tag))
         add(reader, node, id, node);
-    for (xml_node *child = node->first; child && reader->result == BRUME_OK; child = child->next) collect(reader, child);
+    for (xml_node *child = node->first; child && reader->result == BRUME_OK; child = child->next)
+        collect(reader, child);
 }
 
 brume_result mitsuba_ids_build(mitsuba_reader *reader) {

@@ -11,7 +11,8 @@ static void warn_samples(mitsuba_object *o, const char *name) {
     int64_t count = mitsuba_integer(o, name, 1);
     mitsuba_require(o, name, count >= 1 && count <= INT32_MAX, "be at least 1");
     if (count != 1)
-        mitsuba_warn(o->reader, p->node, "%s is ignored: one sample of each kind is taken; it changes noise only", name);
+        mitsuba_warn(o->reader, p->node, "%s is ignored: one sample of each kind is taken; it changes noise only",
+                     name);
 }
 
 void mitsuba_read_integrator(mitsuba_reader *reader, xml_node *node) {

@@ -1,9 +1,9 @@
 /* mitsuba_materials.c -- the names that int_ior, ext_ior and material know.
  *
  * The numbers are measured facts. Dielectrics: Mitsuba 3's documentation, at the sodium line (its table names its
- * sources). Conductors: the spectra that Mitsuba 3 comes with -- measurements collected by the Luxpop project and in Palik
- * 1985, "Handbook of Optical Constants of Solids" (names in _palik) -- as its RGB mode turns them into colours; obtained by
- * loading each with Mitsuba 3.9 and reading eta and k back.
+ * sources). Conductors: the spectra that Mitsuba 3 comes with -- measurements collected by the Luxpop project and in
+ * Palik 1985, "Handbook of Optical Constants of Solids" (names in _palik) -- as its RGB mode turns them into colours;
+ * obtained by loading each with Mitsuba 3.9 and reading eta and k back.
  */
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
@@ -16,29 +16,14 @@ typedef struct dielectric {
 } dielectric;
 
 static const dielectric dielectrics[] = {
-    {"vacuum", 1.0f},
-    {"helium", 1.000036f},
-    {"hydrogen", 1.000132f},
-    {"air", 1.000277f},
-    {"carbon dioxide", 1.00045f},
-    {"water", 1.3330f},
-    {"acetone", 1.36f},
-    {"ethanol", 1.361f},
-    {"carbon tetrachloride", 1.461f},
-    {"glycerol", 1.4729f},
-    {"benzene", 1.501f},
-    {"silicone oil", 1.52045f},
-    {"bromine", 1.661f},
-    {"water ice", 1.31f},
-    {"fused quartz", 1.458f},
-    {"pyrex", 1.470f},
-    {"acrylic glass", 1.49f},
-    {"polypropylene", 1.49f},
-    {"bk7", 1.5046f},
-    {"sodium chloride", 1.544f},
-    {"amber", 1.55f},
-    {"pet", 1.5750f},
-    {"diamond", 2.419f},
+    {"vacuum", 1.0f},      {"helium", 1.000036f},        {"hydrogen", 1.000132f},
+    {"air", 1.000277f},    {"carbon dioxide", 1.00045f}, {"water", 1.3330f},
+    {"acetone", 1.36f},    {"ethanol", 1.361f},          {"carbon tetrachloride", 1.461f},
+    {"glycerol", 1.4729f}, {"benzene", 1.501f},          {"silicone oil", 1.52045f},
+    {"bromine", 1.661f},   {"water ice", 1.31f},         {"fused quartz", 1.458f},
+    {"pyrex", 1.470f},     {"acrylic glass", 1.49f},     {"polypropylene", 1.49f},
+    {"bk7", 1.5046f},      {"sodium chloride", 1.544f},  {"amber", 1.55f},
+    {"pet", 1.5750f},      {"diamond", 2.419f},
 };
 enum { DIELECTRIC_COUNT = sizeof dielectrics / sizeof dielectrics[0] };
 

@@ -1,5 +1,5 @@
-/* mitsuba_plugins.c -- which plugins there are: those we read, and those that Mitsuba 3 has besides, so that an error can
- * tell a slip of the pen from something that is missing here. */
+/* mitsuba_plugins.c -- which plugins there are: those we read, and those that Mitsuba 3 has besides, so that an error
+ * can tell a slip of the pen from something that is missing here. */
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
 
@@ -17,8 +17,8 @@ static const plugin_list plugin_lists[] = {
     {"bsdf",
      {"diffuse", "dielectric", "conductor", "roughconductor", "twosided", "null"},
      {"thindielectric", "roughdielectric", "plastic", "roughplastic", "principled", "principledthin", "mask", "bumpmap",
-      "normalmap", "blendbsdf", "hair", "measured", "measured_polarized", "circular", "polarizer", "pplastic", "retarder",
-      "neural"}},
+      "normalmap", "blendbsdf", "hair", "measured", "measured_polarized", "circular", "polarizer", "pplastic",
+      "retarder", "neural"}},
     {"shape",
      {"obj", "ply", "rectangle", "cube", "sphere", "disk"},
      {"cylinder", "instance", "shapegroup", "serialized", "blender", "merge", "sdfgrid", "bsplinecurve", "linearcurve",
@@ -81,7 +81,8 @@ void mitsuba_check_plugin(mitsuba_object *object) {
     memcpy(names + supported, list->missing, missing * sizeof names[0]);
     const char *near = mitsuba_nearest(object->type, names, supported + missing);
     if (near)
-        mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'; did you mean '%s'?", tag, object->type, near);
+        mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'; did you mean '%s'?", tag, object->type,
+                     near);
     else
         mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'", tag, object->type);
 }

@@ -1,4 +1,5 @@
-/* mitsuba_query.c -- objects as sets of properties that know whether they were used, and the errors at their elements. */
+/* mitsuba_query.c -- objects as sets of properties that know whether they were used, and the errors at their elements.
+ * */
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
 
@@ -10,7 +11,7 @@ static const char *const value_tags[] = {"boolean", "integer", "float",    "stri
                                          "vector",  "rgb",     "spectrum", "transform"};
 enum { VALUE_TAG_COUNT = sizeof value_tags / sizeof value_tags[0] };
 
-/* ---- errors ------------------------------------------------------------------------------------------------------- */
+/* ---- errors ----------------------------------------------------------------------------------------------------- */
 
 void mitsuba_fail(mitsuba_reader *reader, const xml_node *node, const char *format, ...) {
     if (reader->result != BRUME_OK) return;
@@ -56,7 +57,7 @@ const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node) {
     return where;
 }
 
-/* ---- opening ------------------------------------------------------------------------------------------------------ */
+/* ---- opening ---------------------------------------------------------------------------------------------------- */
 
 /* Only attributes from the list, which is "|name|value|". */
 static void check_attributes(mitsuba_reader *reader, const xml_node *node, const char *allowed) {
@@ -124,10 +125,10 @@ static int is_value_tag(const char *tag) {
 }
 
 static void fail_unknown_tag(mitsuba_reader *reader, const xml_node *node) {
-    static const char *const tags[] = {
-        "boolean", "integer", "float",   "string",  "point",  "vector",  "rgb",        "spectrum", "transform", "ref",
-        "include", "alias",   "default", "path",    "bsdf",   "shape",   "emitter",    "sensor",   "film",      "sampler",
-        "rfilter", "medium",  "phase",   "volume",  "texture", "integrator"};
+    static const char *const tags[] = {"boolean",  "integer",   "float",   "string",  "point",     "vector",  "rgb",
+                                       "spectrum", "transform", "ref",     "include", "alias",     "default", "path",
+                                       "bsdf",     "shape",     "emitter", "sensor",  "film",      "sampler", "rfilter",
+                                       "medium",   "phase",     "volume",  "texture", "integrator"};
     const char *near = mitsuba_nearest(node->tag, tags, sizeof tags / sizeof tags[0]);
     if (near)
         mitsuba_fail(reader, node, "unknown element <%s>; did you mean <%s>?", node->tag, near);
@@ -224,7 +225,7 @@ void mitsuba_close(mitsuba_object *o) {
 
 int mitsuba_is(const mitsuba_object *o, const char *type) { return strcmp(o->type, type) == 0; }
 
-/* ---- asking ------------------------------------------------------------------------------------------------------- */
+/* ---- asking ----------------------------------------------------------------------------------------------------- */
 
 mitsuba_property *mitsuba_find(mitsuba_object *o, const char *name) {
     if (o->asked_count < MITSUBA_MAX_ASKED) o->asked[o->asked_count++] = name;

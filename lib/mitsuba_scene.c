@@ -78,7 +78,9 @@ brume_result brume_scene_load(brume_context *context, const char *path, const br
     if (!context) return BRUME_ERROR_ARGUMENT;
     if (!path || !out || (parameter_count && !parameters))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "scene: %s is NULL",
-                          !path ? "the path" : !out ? "the out-parameter" : "the parameters");
+                          !path  ? "the path"
+                          : !out ? "the out-parameter"
+                                 : "the parameters");
     xml_tree tree = {NULL, 0, NULL};
     mitsuba_reader reader = {.context = context, .tree = &tree, .integrator = brume_integrator_desc_default()};
     brume_result result = xml_tree_read(context, path, parameters, parameter_count, &tree);

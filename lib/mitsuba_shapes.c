@@ -17,8 +17,8 @@ static void read_mesh(mitsuba_object *o, brume_shape_desc *desc, brume_mesh *mes
         mitsuba_fail_memory(o->reader);
         return;
     }
-    mitsuba_keep(o->reader, o->node, (is_obj ? brume_mesh_read_obj : brume_mesh_read_ply)(o->reader->context, path, &options,
-                                                                                         where, mesh));
+    mitsuba_keep(o->reader, o->node,
+                 (is_obj ? brume_mesh_read_obj : brume_mesh_read_ply)(o->reader->context, path, &options, where, mesh));
     desc->vertex_count = mesh->vertex_count;
     desc->triangle_count = mesh->triangle_count;
     desc->positions = mesh->positions;
@@ -46,12 +46,10 @@ static void read_nested(mitsuba_object *o, brume_shape_desc *desc) {
     desc->is_boundary = desc->interior != BRUME_NONE || desc->exterior != BRUME_NONE;
     const mitsuba_property *p = mitsuba_child(o, "bsdf");
     if (p) desc->bsdf = mitsuba_read_bsdf(o->reader, p->object);
-    if ((p = mitsuba_child(o, "bsdf")))
-        mitsuba_fail(o->reader, p->node, "a shape has at most one <bsdf>");
+    if ((p = mitsuba_child(o, "bsdf"))) mitsuba_fail(o->reader, p->node, "a shape has at most one <bsdf>");
     p = mitsuba_child(o, "emitter");
     if (p) mitsuba_read_area(o->reader, p->object, desc->radiance);
-    if ((p = mitsuba_child(o, "emitter")))
-        mitsuba_fail(o->reader, p->node, "a shape has at most one <emitter>");
+    if ((p = mitsuba_child(o, "emitter"))) mitsuba_fail(o->reader, p->node, "a shape has at most one <emitter>");
     if ((p = mitsuba_child(o, "medium")))
         mitsuba_fail(o->reader, p->node, "a medium of a shape must be named interior or exterior");
 }

@@ -1,5 +1,5 @@
-/* mitsuba_spelling.c -- near spellings by edit distance (Damerau 1964: insertion, deletion, substitution, and the swap of
- * neighbours each count one). */
+/* mitsuba_spelling.c -- near spellings by edit distance (Damerau 1964: insertion, deletion, substitution, and the swap
+ * of neighbours each count one). */
 #include "mitsuba_spelling.h"
 
 #include <string.h>
@@ -19,7 +19,8 @@ static int distance(const char *a, int a_length, const char *b, int b_length) {
             int x = lower(a[i - 1]), y = lower(b[j - 1]);
             int best = d[i - 1][j - 1] + (x != y);
             best = smaller(best, smaller(d[i - 1][j], d[i][j - 1]) + 1);
-            if (i > 1 && j > 1 && x == lower(b[j - 2]) && lower(a[i - 2]) == y) best = smaller(best, d[i - 2][j - 2] + 1);
+            if (i > 1 && j > 1 && x == lower(b[j - 2]) && lower(a[i - 2]) == y)
+                best = smaller(best, d[i - 2][j - 2] + 1);
             d[i][j] = best;
         }
     return d[a_length][b_length];

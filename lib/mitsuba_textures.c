@@ -12,7 +12,8 @@ static int read_old_to_uv(mitsuba_object *o, float out[6]) {
     float u_scale = mitsuba_float(o, "uscale", 1.0), v_scale = mitsuba_float(o, "vscale", 1.0);
     float u_offset = mitsuba_float(o, "uoffset", 0.0), v_offset = mitsuba_float(o, "voffset", 0.0);
     if (u_scale == 1.0f && v_scale == 1.0f && u_offset == 0.0f && v_offset == 0.0f) return 0;
-    mitsuba_require(o, "to_uv", !mitsuba_transform(o, "to_uv", no_transform), "not be mixed with uscale, vscale and offsets");
+    mitsuba_require(o, "to_uv", !mitsuba_transform(o, "to_uv", no_transform),
+                    "not be mixed with uscale, vscale and offsets");
     memcpy(out, (float[6]){u_scale, 0.0f, u_scale * u_offset, 0.0f, v_scale, v_scale * v_offset}, 6 * sizeof *out);
     return 1;
 }
@@ -41,8 +42,9 @@ static void read_bitmap(mitsuba_object *o, brume_texture_desc *desc, brume_image
     desc->filter = strcmp(filter, "nearest") == 0 ? BRUME_FILTER_NEAREST : BRUME_FILTER_BILINEAR;
     mitsuba_require(o, "filter_type", !strcmp(filter, "nearest") || !strcmp(filter, "bilinear"),
                     "be bilinear or nearest");
-    desc->wrap = strcmp(wrap, "mirror") == 0 ? BRUME_WRAP_MIRROR : strcmp(wrap, "clamp") == 0 ? BRUME_WRAP_CLAMP
-                                                                                            : BRUME_WRAP_REPEAT;
+    desc->wrap = strcmp(wrap, "mirror") == 0  ? BRUME_WRAP_MIRROR
+                 : strcmp(wrap, "clamp") == 0 ? BRUME_WRAP_CLAMP
+                                              : BRUME_WRAP_REPEAT;
     mitsuba_require(o, "wrap_mode", !strcmp(wrap, "repeat") || !strcmp(wrap, "mirror") || !strcmp(wrap, "clamp"),
                     "be repeat, mirror or clamp");
     const char *where = mitsuba_where(o->reader, o->node);

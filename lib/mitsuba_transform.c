@@ -33,8 +33,8 @@ static int normalize(double v[3]) {
     return 1;
 }
 
-/* A unit vector perpendicular to the unit vector n: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; the one
- * that Mitsuba takes as up when a look-at has none. */
+/* A unit vector perpendicular to the unit vector n: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; the
+ * one that Mitsuba takes as up when a look-at has none. */
 static void perpendicular(const double n[3], double out[3]) {
     double sign = copysign(1.0, n[2]), a = -1.0 / (sign + n[2]);
     out[0] = 1.0 + sign * n[0] * n[0] * a;
@@ -62,7 +62,7 @@ int mitsuba_look_at(const double origin[3], const double target[3], const double
     return 1;
 }
 
-/* ---- elements ------------------------------------------------------------------------------------------------------- */
+/* ---- elements --------------------------------------------------------------------------------------------------- */
 
 static void check_attributes(mitsuba_reader *reader, const xml_node *node, const char *const *allowed, int count) {
     for (uint32_t i = 0; i < node->attribute_count; i++) {
@@ -183,7 +183,8 @@ int mitsuba_transform(mitsuba_object *o, const char *name, double out[16]) {
     const mitsuba_property *p = mitsuba_find(o, name);
     if (!p) return 0;
     if (strcmp(p->node->tag, "transform") != 0) {
-        mitsuba_fail(reader, p->node, "property '%s' of %s must be a <transform>, not a <%s>", name, o->type, p->node->tag);
+        mitsuba_fail(reader, p->node, "property '%s' of %s must be a <transform>, not a <%s>", name, o->type,
+                     p->node->tag);
         return 0;
     }
     for (const xml_node *node = p->node->first; node && reader->result == BRUME_OK; node = node->next) {

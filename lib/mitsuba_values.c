@@ -8,7 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-/* ---- numbers ------------------------------------------------------------------------------------------------------ */
+/* ---- numbers ---------------------------------------------------------------------------------------------------- */
 
 static int is_space(char c) { return c == ' ' || c == '\t' || c == '\n' || c == '\r'; }
 static int is_digit(char c) { return c >= '0' && c <= '9'; }
@@ -73,7 +73,7 @@ static int parse_integer(const char *text, int64_t *out) {
     return !*text;
 }
 
-/* ---- single values -------------------------------------------------------------------------------------------------- */
+/* ---- single values ---------------------------------------------------------------------------------------------- */
 
 static const char *an(const char *tag) { return tag[0] == 'i' ? "an" : "a"; }
 
@@ -139,8 +139,7 @@ int mitsuba_vector(mitsuba_object *o, const char *name, double out[3]) {
     if (value) {
         int count = mitsuba_parse_numbers(o->reader, value, v, 3);
         if (count == 1) v[1] = v[2] = v[0];
-        if (count != 1 && count != 3)
-            mitsuba_fail(o->reader, p->node, "'%s' is not one or three numbers", value);
+        if (count != 1 && count != 3) mitsuba_fail(o->reader, p->node, "'%s' is not one or three numbers", value);
     } else {
         static const char *const axes[] = {"x", "y", "z"};
         for (int i = 0; i < 3; i++) {
@@ -153,7 +152,7 @@ int mitsuba_vector(mitsuba_object *o, const char *name, double out[3]) {
     return o->reader->result == BRUME_OK;
 }
 
-/* ---- colours ------------------------------------------------------------------------------------------------------ */
+/* ---- colours ---------------------------------------------------------------------------------------------------- */
 
 static void check_rgb(mitsuba_object *o, const mitsuba_property *p, mitsuba_color kind, const double rgb[3]) {
     for (int i = 0; i < 3; i++) {
@@ -201,7 +200,8 @@ static void parse_spectrum(mitsuba_object *o, const mitsuba_property *p, mitsuba
         values[count] = convert(o->reader, colon + 1);
         if (!(wavelengths[count] > 0.0 && wavelengths[count] <= FLT_MAX && values[count] >= 0.0 &&
               values[count] <= FLT_MAX)) {
-            mitsuba_fail(o->reader, p->node, "a spectrum's wavelengths must be positive and its values must not be negative");
+            mitsuba_fail(o->reader, p->node,
+                         "a spectrum's wavelengths must be positive and its values must not be negative");
             return;
         }
         if (count && wavelengths[count] <= wavelengths[count - 1]) {
@@ -256,7 +256,8 @@ int mitsuba_rgb(mitsuba_object *o, const char *name, mitsuba_color kind, float o
     const mitsuba_property *p = mitsuba_find(o, name);
     if (!p) return 0;
     if (!p->object) return color_of(o, p, kind, out);
-    mitsuba_fail(o->reader, p->node, "a <%s> for property '%s' of %s is not supported yet", p->object->tag, name, o->type);
+    mitsuba_fail(o->reader, p->node, "a <%s> for property '%s' of %s is not supported yet", p->object->tag, name,
+                 o->type);
     return 0;
 }
 
@@ -266,8 +267,8 @@ int mitsuba_rgb_or_texture(mitsuba_object *o, const char *name, mitsuba_color ki
     if (!p) return 0;
     if (!p->object) return color_of(o, p, kind, out);
     if (strcmp(p->object->tag, "texture") != 0) {
-        mitsuba_fail(o->reader, p->node, "property '%s' of %s must be a colour or a <texture>, not a <%s>", name, o->type,
-                     p->object->tag);
+        mitsuba_fail(o->reader, p->node, "property '%s' of %s must be a colour or a <texture>, not a <%s>", name,
+                     o->type, p->object->tag);
         return 0;
     }
     *out_texture = mitsuba_read_texture(o->reader, p->object);

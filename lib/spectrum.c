@@ -19,9 +19,8 @@ static double interpolate(const float *table, double position) {
 }
 
 static void xyz_to_rgb(const double xyz[3], double rgb[3]) {
-    static const double m[3][3] = {{3.240479, -1.537150, -0.498535},
-                                   {-0.969256, 1.875991, 0.041556},
-                                   {0.055648, -0.204043, 1.057311}};
+    static const double m[3][3] = {
+        {3.240479, -1.537150, -0.498535}, {-0.969256, 1.875991, 0.041556}, {0.055648, -0.204043, 1.057311}};
     for (int i = 0; i < 3; i++) rgb[i] = m[i][0] * xyz[0] + m[i][1] * xyz[1] + m[i][2] * xyz[2];
 }
 
@@ -45,8 +44,8 @@ void brume_spectrum_to_rgb(const double *wavelengths, const double *values, size
         xyz[1] += value * y;
         xyz[2] += value * interpolate(brume_cie_z, position);
     }
-    double scale = use == BRUME_SPECTRUM_REFLECTION ? 1.0 / white
-                                                    : (LAMBDA_MAX - LAMBDA_MIN) / (SAMPLES - 1) / Y_INTEGRAL;
+    double scale =
+        use == BRUME_SPECTRUM_REFLECTION ? 1.0 / white : (LAMBDA_MAX - LAMBDA_MIN) / (SAMPLES - 1) / Y_INTEGRAL;
     for (int i = 0; i < 3; i++) xyz[i] *= scale;
     xyz_to_rgb(xyz, rgb);
 }

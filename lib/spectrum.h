@@ -1,4 +1,5 @@
-/* spectrum.h -- spectra to linear sRGB, the way Mitsuba 3's RGB mode does it, so that a scene file means the same colours. */
+/* spectrum.h -- spectra to linear sRGB, the way Mitsuba 3's RGB mode does it, so that a scene file means the same
+ * colours. */
 #ifndef BRUME_SPECTRUM_H
 #define BRUME_SPECTRUM_H
 
@@ -16,8 +17,8 @@ typedef enum brume_spectrum_use {
     BRUME_SPECTRUM_REFLECTION /* lit by D65, so that a constant spectrum is grey: reflectance, indices, coefficients */
 } brume_spectrum_use;
 
-/* `values` at `count` >= 2 ascending `wavelengths` (nm), linear between them, zero outside. rgb is not clamped: a saturated
- * spectrum has negative components. */
+/* `values` at `count` >= 2 ascending `wavelengths` (nm), linear between them, zero outside. rgb is not clamped: a
+ * saturated spectrum has negative components. */
 void brume_spectrum_to_rgb(const double *wavelengths, const double *values, size_t count, brume_spectrum_use use,
                            double rgb[3]);
 

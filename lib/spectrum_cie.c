@@ -1,7 +1,8 @@
 /* spectrum_cie.c -- the standard colorimetric tables that turn spectra into colours, 360 nm to 830 nm in steps of 5 nm.
  *
- * CIE 1931 2-degree standard observer and CIE standard illuminant D65 (CIE 15:2018, ISO/CIE 11664-1 and -2), as tabulated
- * by the colour-science package 0.4 (D65 beyond 780 nm: CIE 15:2018, table 5). The numbers are standards' facts.
+ * CIE 1931 2-degree standard observer and CIE standard illuminant D65 (CIE 15:2018, ISO/CIE 11664-1 and -2), as
+ * tabulated by the colour-science package 0.4 (D65 beyond 780 nm: CIE 15:2018, table 5). The numbers are standards'
+ * facts.
  */
 #include "spectrum.h"
 

@@ -21,8 +21,8 @@ brume_result xml_parameters_add(xml_parameters *parameters, const char *name, co
 xml_parameter *xml_parameters_find(const xml_parameters *parameters, const char *name);
 void xml_parameters_free(xml_parameters *parameters);
 
-/* Replaces each $name in `text` by the longest parameter name that fits, and \$ by $. BRUME_ERROR_SCENE for an undefined
- * parameter, whose name is then at *out_unknown with *out_length characters, or for a result that is too long
+/* Replaces each $name in `text` by the longest parameter name that fits, and \$ by $. BRUME_ERROR_SCENE for an
+ * undefined parameter, whose name is then at *out_unknown with *out_length characters, or for a result that is too long
  * (*out_unknown is NULL). */
 brume_result xml_parameters_substitute(xml_parameters *parameters, xml_tree *tree, const char *text, const char **out,
                                        const char **out_unknown, int *out_length);

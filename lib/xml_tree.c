@@ -1,8 +1,8 @@
 /* xml_tree.c -- expat events to the tree of xml_tree.h.
  *
- * Scene files come from anywhere, so everything that could grow without bound is bounded: nesting, includes, the memory of
- * the tree. A document type declaration is refused altogether: scenes need none, and it is where external entities and
- * entities that expand exponentially come from.
+ * Scene files come from anywhere, so everything that could grow without bound is bounded: nesting, includes, the
+ * memory of the tree. A document type declaration is refused altogether: scenes need none, and it is where external
+ * entities and entities that expand exponentially come from.
  */
 #include "xml_tree.h"
 
@@ -24,7 +24,7 @@
 #define MAX_BYTES ((size_t)1 << 29)
 #define BLOCK_BYTES ((size_t)1 << 16)
 
-/* ---- memory ------------------------------------------------------------------------------------------------------- */
+/* ---- memory ----------------------------------------------------------------------------------------------------- */
 
 typedef struct xml_block {
     struct xml_block *next;
@@ -75,7 +75,7 @@ const char *xml_attribute_value(const xml_node *node, const char *name) {
     return NULL;
 }
 
-/* ---- places ------------------------------------------------------------------------------------------------------- */
+/* ---- places ----------------------------------------------------------------------------------------------------- */
 
 static char *join(xml_tree *tree, const char *folder, const char *name) {
     size_t a = strlen(folder), b = strlen(name);
@@ -111,7 +111,7 @@ static const char *folder_of(xml_tree *tree, const char *path) {
     return xml_tree_copy(tree, path, slash ? (size_t)(slash - path) + 1 : 0);
 }
 
-/* ---- reading ------------------------------------------------------------------------------------------------------ */
+/* ---- reading ---------------------------------------------------------------------------------------------------- */
 
 typedef struct xml_reader {
     brume_context *context;
@@ -125,12 +125,12 @@ typedef struct xml_parse {
     xml_reader *reader;
     XML_Parser expat;
     xml_file *file;
-    xml_node *parent;       /* of the element to come; NULL before a scene file's root */
+    xml_node *parent; /* of the element to come; NULL before a scene file's root */
     xml_node *stack[MAX_DEPTH];
-    int depth;              /* open elements of this file */
-    int outer_depth;        /* open elements of the files that include it */
+    int depth;       /* open elements of this file */
+    int outer_depth; /* open elements of the files that include it */
     int include_depth;
-    int closed_only;        /* inside <include>, <default> or <path>, which have no content: their depth */
+    int closed_only; /* inside <include>, <default> or <path>, which have no content: their depth */
     const char *closed_tag;
     const char *include_name; /* what <include name="..."> calls the included object */
     brume_result result;
@@ -150,16 +150,17 @@ static void fail_at(xml_parse *parse, int line, int column, const char *format, 
     va_start(arguments, format);
     vsnprintf(text, sizeof text, format, arguments);
     va_end(arguments);
-    parse->result = brume_fail(parse->reader->context, BRUME_ERROR_SCENE, "%s:%d:%d: %s", parse->file->name, line, column,
-                               text);
+    parse->result =
+        brume_fail(parse->reader->context, BRUME_ERROR_SCENE, "%s:%d:%d: %s", parse->file->name, line, column, text);
     XML_StopParser(parse->expat, XML_FALSE);
 }
 
 static void fail_memory(xml_parse *parse) {
     if (parse->result != BRUME_OK) return;
     if (parse->reader->tree->bytes + BLOCK_BYTES > MAX_BYTES)
-        parse->result = brume_fail(parse->reader->context, BRUME_ERROR_SCENE, "%s:1:1: the scene file is larger than %d MiB",
-                                   parse->file->name, (int)(MAX_BYTES >> 20));
+        parse->result =
+            brume_fail(parse->reader->context, BRUME_ERROR_SCENE, "%s:1:1: the scene file is larger than %d MiB",
+                       parse->file->name, (int)(MAX_BYTES >> 20));
     else
         parse->result = brume_fail(parse->reader->context, BRUME_ERROR_MEMORY, "%s: no memory for the scene file",
                                    parse->file->name);
@@ -206,8 +207,13 @@ static xml_node *new_node(xml_parse *parse, const char *tag, const char **attrib
         list[i] = (xml_attribute){xml_tree_copy(tree, name, strlen(name)), value};
         if (!list[i].name || !value) return fail_memory(parse), NULL;
     }
-    *node = (xml_node){.tag = tag_copy, .file = parse->file, .line = line, .column = column, .attribute_count = count,
-                       .attributes = list, .id = BRUME_NONE};
+    *node = (xml_node){.tag = tag_copy,
+                       .file = parse->file,
+                       .line = line,
+                       .column = column,
+                       .attribute_count = count,
+                       .attributes = list,
+                       .id = BRUME_NONE};
     return node;
 }
 
@@ -444,8 +450,8 @@ static brume_result read_file(xml_reader *reader, const char *path, const xml_fi
         if (strcmp(f->name, path) == 0)
             return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: '%s' includes itself", at, line, column, path);
     if (include_depth > MAX_INCLUDE_DEPTH)
-        return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: includes are nested more than %d deep", at, line, column,
-                          MAX_INCLUDE_DEPTH);
+        return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: includes are nested more than %d deep", at, line,
+                          column, MAX_INCLUDE_DEPTH);
     if (++reader->files > MAX_FILES)
         return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: more than %d files are included", at, line, column,
                           MAX_FILES);
@@ -459,7 +465,8 @@ static brume_result read_file(xml_reader *reader, const char *path, const xml_fi
     xml_parse *parse = calloc(1, sizeof *parse);
     xml_file *file = xml_tree_alloc(reader->tree, sizeof *file);
     if (!parse || !file) goto cleanup;
-    *file = (xml_file){.name = xml_tree_copy(reader->tree, path, strlen(path)), .folder = folder_of(reader->tree, path),
+    *file = (xml_file){.name = xml_tree_copy(reader->tree, path, strlen(path)),
+                       .folder = folder_of(reader->tree, path),
                        .includer = includer};
     parse->expat = XML_ParserCreate(NULL);
     if (!file->name || !file->folder || !parse->expat) goto cleanup;
@@ -495,8 +502,8 @@ static brume_result check_parameters(brume_context *context, const char *path, c
             if (!parameters->items[j].given) names[count++] = parameters->items[j].name;
         const char *near = mitsuba_nearest(p->name, names, count);
         if (near)
-            return brume_fail(context, BRUME_ERROR_SCENE, "%s:1:1: the parameter '%s' is not used; did you mean '%s'?", path,
-                              p->name, near);
+            return brume_fail(context, BRUME_ERROR_SCENE, "%s:1:1: the parameter '%s' is not used; did you mean '%s'?",
+                              path, p->name, near);
         return brume_fail(context, BRUME_ERROR_SCENE, "%s:1:1: the parameter '%s' is not used", path, p->name);
     }
     return BRUME_OK;

@@ -10,9 +10,9 @@
 
 /* One file of a scene. */
 typedef struct xml_file {
-    const char *name;               /* as opened, as errors show it */
-    const char *folder;             /* "" or ends in '/' */
-    int major, minor;               /* the root's version */
+    const char *name;                /* as opened, as errors show it */
+    const char *folder;              /* "" or ends in '/' */
+    int major, minor;                /* the root's version */
     const struct xml_file *includer; /* NULL for the scene file */
     const struct xml_search *search; /* <path> folders, latest first */
 } xml_file;
@@ -35,8 +35,8 @@ typedef struct xml_node {
     uint32_t attribute_count;
     xml_attribute *attributes;
     struct xml_node *first, *last, *next; /* children, and the sibling that follows */
-    /* For whoever reads the tree: has the element been read (a reference met while READING is circular), and what id did
-     * it get in the scene description? */
+    /* For whoever reads the tree: has the element been read (a reference met while READING is circular), and what id
+     * did it get in the scene description? */
     xml_mark mark;
     uint32_t id;
 } xml_node;
@@ -47,8 +47,8 @@ typedef struct xml_tree {
     xml_node *root;
 } xml_tree;
 
-/* Reads the file and what it includes. Errors: BRUME_ERROR_SCENE, "file:line:column: ...". On failure *out is untouched.
- * `parameters` override the file's <default>s; one that the file never uses is an error. */
+/* Reads the file and what it includes. Errors: BRUME_ERROR_SCENE, "file:line:column: ...". On failure *out is
+ * untouched. `parameters` override the file's <default>s; one that the file never uses is an error. */
 brume_result xml_tree_read(brume_context *context, const char *path, const brume_parameter *parameters,
                            size_t parameter_count, xml_tree *out);
 void xml_tree_free(xml_tree *tree);
@@ -60,9 +60,9 @@ const char *xml_attribute_value(const xml_node *node, const char *name);
 void *xml_tree_alloc(xml_tree *tree, size_t size);
 char *xml_tree_copy(xml_tree *tree, const char *text, size_t length);
 
-/* Where the file that `name`, written in `file`, stands for is: in the <path> folders, the folder of `file` and of those
- * that include it, or the working directory. If nowhere, the place next to `file`, so that opening it fails with that
- * name. NULL without memory. */
+/* Where the file that `name`, written in `file`, stands for is: in the <path> folders, the folder of `file` and of
+ * those that include it, or the working directory. If nowhere, the place next to `file`, so that opening it fails with
+ * that name. NULL without memory. */
 const char *xml_tree_resolve(xml_tree *tree, const xml_file *file, const char *name);
 
 #endif
