@@ -14,8 +14,7 @@
  *    largest extent besides a few 2^-24 of the distance, which the box test's own margin covers;
  *  - a box without thickness must hold rays that run within it;
  *  - the sums here round, too. */
-static void set_bounds(brume_bvh_item *item, const double lo[3], const double hi[3])
-{
+static void set_bounds(brume_bvh_item *item, const double lo[3], const double hi[3]) {
     double extent = 0;
     for (int a = 0; a < 3; a++) extent = fmax(extent, hi[a] - lo[a]);
     for (int a = 0; a < 3; a++) {
@@ -26,8 +25,7 @@ static void set_bounds(brume_bvh_item *item, const double lo[3], const double hi
     }
 }
 
-static void set_triangle(brume_bvh_item *item, const float *positions, const b_triangle *t)
-{
+static void set_triangle(brume_bvh_item *item, const float *positions, const b_triangle *t) {
     double lo[3], hi[3];
     for (int a = 0; a < 3; a++) {
         double p = positions[3 * (size_t)t->v[0] + a];
@@ -42,8 +40,7 @@ static void set_triangle(brume_bvh_item *item, const float *positions, const b_t
 }
 
 /* An ellipse c + du cos s + dv sin s reaches sqrt(du^2 + dv^2) from its centre along each axis. */
-static void set_quadric(brume_bvh_item *item, const b_quadric *q)
-{
+static void set_quadric(brume_bvh_item *item, const b_quadric *q) {
     double lo[3], hi[3];
     for (int a = 0; a < 3; a++) {
         double reach = q->kind == QUADRIC_SPHERE ? fabs((double)q->radius) : hypot(q->du[a], q->dv[a]);
@@ -54,8 +51,7 @@ static void set_quadric(brume_bvh_item *item, const b_quadric *q)
 }
 
 brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
-                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count, brume_bvh *out)
-{
+                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count, brume_bvh *out) {
     brume_bvh_tree tree = {0};
     brume_result result;
 
@@ -83,8 +79,7 @@ brume_result brume_bvh_build(brume_context *context, const float *positions, con
     return result;
 }
 
-void brume_bvh_free(brume_bvh *bvh)
-{
+void brume_bvh_free(brume_bvh *bvh) {
     free(bvh->nodes);
     free(bvh->blocks);
     free(bvh->quadric_ids);

@@ -22,22 +22,19 @@ typedef struct plan {
     uint8_t leaf; /* as one child it is a leaf */
 } plan;
 
-static double area(const brume_bvh_binary *n)
-{
+static double area(const brume_bvh_binary *n) {
     double x = (double)n->hi[0] - n->lo[0], y = (double)n->hi[1] - n->lo[1], z = (double)n->hi[2] - n->lo[2];
     return x * y + y * z + z * x;
 }
 
-static double leaf_cost(const brume_bvh_binary *n)
-{
+static double leaf_cost(const brume_bvh_binary *n) {
     if (n->quadrics == 0 && n->count <= LEAF_TRIANGLES) return area(n) * cost_block * ((n->count + 7) / 8);
     if (n->quadrics == n->count && n->count <= LEAF_QUADRICS) return area(n) * cost_quadric * n->count;
     return INFINITY;
 }
 
 /* `unit` scales areas so that costs stay floats at any scene size. */
-static void plan_node(const brume_bvh_binary *nodes, plan *plans, uint32_t at, double unit)
-{
+static void plan_node(const brume_bvh_binary *nodes, plan *plans, uint32_t at, double unit) {
     const brume_bvh_binary *n = &nodes[at];
     plan *p = &plans[at];
     double leaf = leaf_cost(n) * unit;
@@ -74,8 +71,7 @@ static void plan_node(const brume_bvh_binary *nodes, plan *plans, uint32_t at, d
 }
 
 /* The binary nodes that become the children of the wide node for `at`: at most 8, each a leaf or a wide node. */
-static int children_of(const brume_bvh_binary *nodes, const plan *plans, uint32_t at, uint32_t out[WIDE])
-{
+static int children_of(const brume_bvh_binary *nodes, const plan *plans, uint32_t at, uint32_t out[WIDE]) {
     struct { uint32_t node; int slots; } stack[WIDE + 1];
     int top = 0, count = 0;
     if (plans[at].leaf) { /* only the root: a scene of one leaf still needs a node above it */
@@ -100,8 +96,7 @@ static int children_of(const brume_bvh_binary *nodes, const plan *plans, uint32_
 }
 
 /* How many wide nodes and blocks there will be. */
-static void count_output(const brume_bvh_tree *tree, const plan *plans, uint8_t *is_wide, brume_bvh *out)
-{
+static void count_output(const brume_bvh_tree *tree, const plan *plans, uint8_t *is_wide, brume_bvh *out) {
     uint64_t wide = 1, blocks = 0, quadric_blocks = 0;
     is_wide[0] = 1;
     for (uint32_t n = 0; n < tree->node_count; n++) {
@@ -125,8 +120,7 @@ static void count_output(const brume_bvh_tree *tree, const plan *plans, uint8_t 
     out->quadric_block_count = (uint32_t)quadric_blocks;
 }
 
-static void clear_node(b_node *node)
-{
+static void clear_node(b_node *node) {
     memset(node, 0, sizeof *node);
     for (int k = 0; k < WIDE; k++) {
         node->lo_x[k] = node->lo_y[k] = node->lo_z[k] = 1e30f;
@@ -135,8 +129,7 @@ static void clear_node(b_node *node)
 }
 
 static void fill_block(b_triangle_block *block, const brume_bvh_item *items, uint32_t count, const float *positions,
-                       const b_triangle *triangles)
-{
+                       const b_triangle *triangles) {
     for (uint32_t k = 0; k < WIDE; k++) {
         int used = k < count;
         const b_triangle *t = used ? &triangles[items[k].prim] : NULL;
@@ -157,8 +150,7 @@ typedef struct writer {
     uint32_t blocks, quadric_blocks;
 } writer;
 
-static int write_leaf(writer *w, const brume_bvh_binary *leaf)
-{
+static int write_leaf(writer *w, const brume_bvh_binary *leaf) {
     uint32_t n = (leaf->count + 7) / 8, code;
     const brume_bvh_item *items = &w->tree->items[leaf->first];
     if (leaf->quadrics) {
@@ -177,8 +169,7 @@ static int write_leaf(writer *w, const brume_bvh_binary *leaf)
 }
 
 /* Wide nodes in the preorder of the binary tree, numbered first because a parent names its children's places. */
-static void write_nodes(writer *w, const plan *plans, const uint8_t *is_wide, uint32_t *number)
-{
+static void write_nodes(writer *w, const plan *plans, const uint8_t *is_wide, uint32_t *number) {
     const brume_bvh_binary *nodes = w->tree->nodes;
     uint32_t next = 0;
     for (uint32_t n = 0; n < w->tree->node_count; n++)
@@ -199,8 +190,7 @@ static void write_nodes(writer *w, const plan *plans, const uint8_t *is_wide, ui
 }
 
 /* Levels, and the most entries a walk's stack can hold: pushing k children and going on with one of them leaves k - 1. */
-static brume_result measure(brume_context *context, brume_bvh *bvh)
-{
+static brume_result measure(brume_context *context, brume_bvh *bvh) {
     struct levels { uint32_t depth, stack; } *below = malloc(bvh->node_count * sizeof *below);
     if (!below) return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for %u nodes", bvh->node_count);
     for (uint32_t n = bvh->node_count; n-- > 0;) { /* children have larger numbers */
@@ -219,14 +209,13 @@ static brume_result measure(brume_context *context, brume_bvh *bvh)
         if (stack > 0) below[n].stack--;
     }
     bvh->depth = below[0].depth;
-    bvh->stack_size = below[0].stack + 1;
+    bvh->stack_size = below[0].stack > 0 ? below[0].stack : 1;
     free(below);
     return BRUME_OK;
 }
 
 brume_result brume_bvh_collapse(brume_context *context, const brume_bvh_tree *tree, const float *positions,
-                                const b_triangle *triangles, brume_bvh *out)
-{
+                                const b_triangle *triangles, brume_bvh *out) {
     brume_bvh bvh = {0};
     brume_result result = BRUME_ERROR_MEMORY;
     plan *plans = NULL;

@@ -19,8 +19,7 @@ typedef struct bounds {
 
 static const bounds empty_bounds = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
 
-static void grow(bounds *b, const float lo[3], const float hi[3])
-{
+static void grow(bounds *b, const float lo[3], const float hi[3]) {
     for (int a = 0; a < 3; a++) {
         b->lo[a] = lo[a] < b->lo[a] ? lo[a] : b->lo[a];
         b->hi[a] = hi[a] > b->hi[a] ? hi[a] : b->hi[a];
@@ -28,20 +27,17 @@ static void grow(bounds *b, const float lo[3], const float hi[3])
 }
 
 /* Half the surface area; in double, because 1e20 squared is not a float. */
-static double area(const bounds *b)
-{
+static double area(const bounds *b) {
     double x = (double)b->hi[0] - b->lo[0], y = (double)b->hi[1] - b->lo[1], z = (double)b->hi[2] - b->lo[2];
     return x * y + y * z + z * x;
 }
 
-static uint32_t blocks_of(uint32_t count)
-{
+static uint32_t blocks_of(uint32_t count) {
     return (count + 7) / 8;
 }
 
 /* Twice the centre of an item's box: only compared. */
-static float center(const brume_bvh_item *item, int axis)
-{
+static float center(const brume_bvh_item *item, int axis) {
     return item->lo[axis] + item->hi[axis];
 }
 
@@ -49,14 +45,12 @@ typedef struct binning {
     float origin[3], scale[3]; /* bin = (center - origin) * scale; scale 0: all centres are equal along this axis */
 } binning;
 
-static int bin_of(const binning *b, const brume_bvh_item *item, int axis)
-{
+static int bin_of(const binning *b, const brume_bvh_item *item, int axis) {
     int bin = (int)((center(item, axis) - b->origin[axis]) * b->scale[axis]);
     return bin < BINS - 1 ? bin : BINS - 1;
 }
 
-static binning bin_centers(const brume_bvh_item *items, uint32_t count)
-{
+static binning bin_centers(const brume_bvh_item *items, uint32_t count) {
     binning b;
     for (int a = 0; a < 3; a++) {
         float low = FLT_MAX, high = -FLT_MAX;
@@ -74,8 +68,7 @@ static binning bin_centers(const brume_bvh_item *items, uint32_t count)
 }
 
 /* The best axis and the last bin of its left side; 0 if no axis splits. */
-static int choose_split(const brume_bvh_item *items, uint32_t count, const binning *b, int *out_axis, int *out_bin)
-{
+static int choose_split(const brume_bvh_item *items, uint32_t count, const binning *b, int *out_axis, int *out_bin) {
     bounds bin_bounds[3][BINS];
     uint32_t bin_count[3][BINS] = {{0}};
     for (int a = 0; a < 3; a++)
@@ -115,8 +108,7 @@ static int choose_split(const brume_bvh_item *items, uint32_t count, const binni
     return best < INFINITY;
 }
 
-static void swap_items(brume_bvh_item *a, brume_bvh_item *b)
-{
+static void swap_items(brume_bvh_item *a, brume_bvh_item *b) {
     brume_bvh_item t = *a;
     *a = *b;
     *b = t;
@@ -124,8 +116,7 @@ static void swap_items(brume_bvh_item *a, brume_bvh_item *b)
 
 /* How many go left. Triangles and quadrics never share a leaf, so where centres can't part them, their kind does. */
 static uint32_t split_items(const brume_bvh_tree *tree, brume_bvh_item *items, uint32_t count, uint32_t quadrics,
-                            uint32_t depth)
-{
+                            uint32_t depth) {
     uint32_t i = 0, j = count;
     int axis = 0, bin = 0;
     if (depth < DEPTH_SAH) {
@@ -150,8 +141,7 @@ static uint32_t split_items(const brume_bvh_tree *tree, brume_bvh_item *items, u
     return i;
 }
 
-static void describe_node(const brume_bvh_tree *tree, brume_bvh_binary *node)
-{
+static void describe_node(const brume_bvh_tree *tree, brume_bvh_binary *node) {
     bounds box = empty_bounds;
     uint32_t quadrics = 0;
     for (uint32_t i = node->first; i < node->first + node->count; i++) {
@@ -162,8 +152,7 @@ static void describe_node(const brume_bvh_tree *tree, brume_bvh_binary *node)
     node->quadrics = quadrics;
 }
 
-brume_result brume_bvh_split(brume_context *context, brume_bvh_tree *tree)
-{
+brume_result brume_bvh_split(brume_context *context, brume_bvh_tree *tree) {
     struct { uint32_t first, count, depth, parent; } stack[DEPTH_LIMIT + 2], now;
     const uint32_t no_parent = UINT32_MAX;
     uint32_t capacity = tree->item_count / 2 + 16, used = 0;

@@ -1,0 +1,135 @@
+/* meshes.c -- see meshes.h. */
+#include "meshes.h"
+
+#include <math.h>
+#include <stdlib.h>
+
+double test_uniform(uint64_t *state) {
+    uint64_t z = (*state += UINT64_C(0x9e3779b97f4a7c15)); /* splitmix64 */
+    z = (z ^ (z >> 30)) * UINT64_C(0xbf58476d1ce4e5b9);
+    z = (z ^ (z >> 27)) * UINT64_C(0x94d049bb133111eb);
+    return (double)((z ^ (z >> 31)) >> 11) * 0x1p-53;
+}
+
+static double symmetric(uint64_t *state) {
+    return 2 * test_uniform(state) - 1;
+}
+
+static test_mesh allocate(uint32_t vertices, uint32_t triangles) {
+    test_mesh m = {0};
+    m.positions = calloc(3 * (size_t)vertices + 1, sizeof *m.positions);
+    m.triangles = calloc((size_t)triangles + 1, sizeof *m.triangles);
+    m.vertex_count = vertices;
+    m.triangle_count = triangles;
+    if (!m.positions || !m.triangles) abort();
+    return m;
+}
+
+static void set_triangle(test_mesh *m, uint32_t at, uint32_t a, uint32_t b, uint32_t c) {
+    m->triangles[at].v[0] = (int)a;
+    m->triangles[at].v[1] = (int)b;
+    m->triangles[at].v[2] = (int)c;
+}
+
+test_mesh test_mesh_soup(uint32_t count, double spread, double size, uint64_t seed) {
+    test_mesh m = allocate(3 * count, count);
+    for (uint32_t i = 0; i < count; i++) {
+        double center[3];
+        for (int a = 0; a < 3; a++) center[a] = spread * symmetric(&seed);
+        for (int k = 0; k < 9; k++) m.positions[9 * (size_t)i + k] = (float)(center[k % 3] + size * symmetric(&seed));
+        set_triangle(&m, i, 3 * i, 3 * i + 1, 3 * i + 2);
+    }
+    return m;
+}
+
+test_mesh test_mesh_sphere(uint32_t rings, uint32_t sectors, double bumps) {
+    test_mesh m = allocate((rings - 1) * sectors + 2, 2 * sectors * (rings - 1));
+    uint32_t south = m.vertex_count - 1, used = 0, n = 1;
+    m.positions[2] = 1;
+    for (uint32_t i = 1; i < rings; i++)
+        for (uint32_t j = 0; j < sectors; j++, n++) {
+            double theta = 3.141592653589793 * i / rings, phi = 6.283185307179586 * j / sectors;
+            double r = 1 + bumps * sin(5 * theta) * cos(7 * phi);
+            m.positions[3 * n] = (float)(r * sin(theta) * cos(phi));
+            m.positions[3 * n + 1] = (float)(r * sin(theta) * sin(phi));
+            m.positions[3 * n + 2] = (float)(r * cos(theta));
+        }
+    m.positions[3 * south + 2] = -1;
+    for (uint32_t j = 0; j < sectors; j++) {
+        uint32_t next = (j + 1) % sectors, last = 1 + (rings - 2) * sectors;
+        set_triangle(&m, used++, 0, 1 + j, 1 + next);
+        set_triangle(&m, used++, south, last + next, last + j);
+        for (uint32_t i = 0; i + 2 < rings; i++) {
+            uint32_t a = 1 + i * sectors + j, b = 1 + i * sectors + next, c = a + sectors, d = b + sectors;
+            set_triangle(&m, used++, a, c, b);
+            set_triangle(&m, used++, b, c, d);
+        }
+    }
+    return m;
+}
+
+test_mesh test_mesh_terrain(uint32_t cells) {
+    test_mesh m = allocate((cells + 1) * (cells + 1), 2 * cells * cells);
+    uint64_t seed = 77;
+    uint32_t used = 0;
+    for (uint32_t i = 0; i < m.vertex_count; i++) {
+        m.positions[3 * i] = -1 + 2 * (float)(i % (cells + 1)) / (float)cells;
+        m.positions[3 * i + 1] = -1 + 2 * (float)(i / (cells + 1)) / (float)cells;
+        m.positions[3 * i + 2] = (float)(0.1 * symmetric(&seed));
+    }
+    for (uint32_t y = 0; y < cells; y++)
+        for (uint32_t x = 0; x < cells; x++) {
+            uint32_t a = y * (cells + 1) + x, b = a + 1, c = a + cells + 1, d = c + 1;
+            set_triangle(&m, used++, a, b, c);
+            set_triangle(&m, used++, b, d, c);
+        }
+    return m;
+}
+
+test_mesh test_mesh_slivers(uint32_t count) {
+    test_mesh m = test_mesh_soup(count, 1, 0.5, 21);
+    uint64_t seed = 22;
+    for (uint32_t i = 0; i < count; i++) {
+        float *p = m.positions + 9 * (size_t)i;
+        double aspect = pow(10, -6 * test_uniform(&seed)), along = symmetric(&seed);
+        for (int a = 0; a < 3; a++) /* the third corner near the line through the others */
+            p[6 + a] = (float)(p[a] + along * (p[3 + a] - p[a]) + aspect * (p[6 + a] - p[a]));
+    }
+    return m;
+}
+
+test_mesh test_mesh_quadrics(uint32_t count, uint64_t seed) {
+    test_mesh m = allocate(0, 0);
+    m.quadrics = calloc((size_t)count + 1, sizeof *m.quadrics);
+    if (!m.quadrics) abort();
+    m.quadric_count = count;
+    for (uint32_t i = 0; i < count; i++) {
+        b_quadric *q = &m.quadrics[i];
+        double x[3], y[3], xx = 0, xy = 0, yy = 0, size = 0.5 * pow(10, -3 * test_uniform(&seed));
+        double stretch = 0.1 + test_uniform(&seed);
+        for (int a = 0; a < 3; a++) {
+            q->center[a] = (float)symmetric(&seed);
+            x[a] = symmetric(&seed);
+            y[a] = symmetric(&seed);
+            xx += x[a] * x[a];
+        }
+        for (int a = 0; a < 3; a++) xy += x[a] * y[a] / xx;
+        for (int a = 0; a < 3; a++) y[a] -= xy * x[a], yy += y[a] * y[a];
+        q->kind = i % 2 ? QUADRIC_DISK : QUADRIC_SPHERE;
+        q->radius = (float)size;
+        for (int a = 0; a < 3; a++) {
+            int j = (a + 1) % 3, k = (a + 2) % 3;
+            double unit = q->kind == QUADRIC_DISK ? size : 1;
+            q->du[a] = (float)(x[a] / sqrt(xx) * unit);
+            q->dv[a] = (float)(y[a] / sqrt(yy) * unit * (q->kind == QUADRIC_DISK ? stretch : 1));
+            q->n[a] = (float)((x[j] * y[k] - x[k] * y[j]) / sqrt(xx * yy));
+        }
+    }
+    return m;
+}
+
+void test_mesh_free(test_mesh *mesh) {
+    free(mesh->positions);
+    free(mesh->triangles);
+    free(mesh->quadrics);
+}
