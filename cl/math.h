@@ -81,7 +81,7 @@ FN real lpow2(ireal k) { return as_real((k << I(REAL_MANTISSA)) + I(REAL_ONE_BIT
 /* Flips the sign of x where bit is 1; bit is 0 or 1. */
 FN real flip_sign(real x, ireal bit) { return as_real(as_ireal(x) ^ (bit << I(REAL_SIGN_SHIFT))); }
 
-/* ---- exp, expm1 --------------------------------------------------------------------------------------------------- */
+/* ---- exp, expm1 -------------------------------------------------------------------------------------------------- */
 
 /* x = k ln 2 + r, |r| <= ln 2 / 2; returns expm1(r). */
 FN real exp_reduced(real x, ireal *k) {
@@ -131,7 +131,7 @@ FN real lexpm1(real x) {
     return fabs(x) < R(LINEAR_BELOW) ? x : y;
 }
 
-/* ---- log, log1p --------------------------------------------------------------------------------------------------- */
+/* ---- log, log1p -------------------------------------------------------------------------------------------------- */
 
 /* k ln 2 + low + log(1 + f) for 1 + f in [sqrt(1/2), sqrt(2)] */
 FN real log_reduced(real k, real f, real low) {
@@ -184,7 +184,7 @@ FN real llog1p(real x) {
     return fabs(x) < R(LINEAR_BELOW) ? x : y;
 }
 
-/* ---- sine and cosine ---------------------------------------------------------------------------------------------- */
+/* ---- sine and cosine --------------------------------------------------------------------------------------------- */
 
 /* Of z + low, |z| <= pi/4, turned by `quarters` (its two low bits) quarter turns. */
 FN void sincos_reduced(real r, real low, ireal quarters, real *sine, real *cosine) {
@@ -244,7 +244,7 @@ FN void lsincos_turns(real u, real *sine, real *cosine) {
     sincos_reduced(r, fma(f, R(HALF_PI_1), -r) + f * R(HALF_PI_2), as_ireal(t), sine, cosine);
 }
 
-/* ---- inverse functions -------------------------------------------------------------------------------------------- */
+/* ---- inverse functions ------------------------------------------------------------------------------------------- */
 
 /* The angle of (x, y) from the x axis, in [-pi, pi]. */
 FN real latan2(real y, real x) {

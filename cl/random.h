@@ -2,8 +2,8 @@
  *
  * Who computes a sample, when, and at which width never matters. Numbers come in sets of four dimensions that are well
  * distributed together; different sets are as good as independent (padding: Kollig & Keller 2002). SAMPLER_SOBOL takes
- * each set from the Owen-scrambled Sobol' sequence with its own shuffled order (Burley 2020); SAMPLER_INDEPENDENT hashes.
- * Beyond 2^16 samples of a pixel, each block of 2^16 is a fresh, independent scrambling.
+ * each set from the Owen-scrambled Sobol' sequence with its own shuffled order (Burley 2020); SAMPLER_INDEPENDENT
+ * hashes. Beyond 2^16 samples of a pixel, each block of 2^16 is a fresh, independent scrambling.
  *
  * Names are what keeps dimensions apart: whoever needs a number takes one that nobody else has.
  */
@@ -15,7 +15,7 @@
 #include "sobol.h"
 
 /* Once a path. */
-#define SET_PIXEL U32(0) /* x, y: position in the reconstruction filter; z: distance and w: free flight, first segment */
+#define SET_PIXEL U32(0) /* x, y: position in the pixel; z: distance, w: free flight on the first segment */
 #define SET_LENS U32(1)  /* x, y: position on the lens */
 
 /* Once a segment: random_bounce_set(segment, one of these). */
