@@ -135,7 +135,7 @@ static brume_result build_kernel(brume_render *render, const brume_arrays *array
     render->stats.features = features;
     char options[128];
     snprintf(options, sizeof options, "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u", features,
-             arrays->bvh.depth * 7 + 1, (unsigned)render->local_size);
+             arrays->bvh.stack_size, (unsigned)render->local_size);
     brume_result result = brume_program_build(device, "path.cl", render->stats.lanes, render->desc.precision, options,
                                               &render->program);
     if (result != BRUME_OK) return result;
