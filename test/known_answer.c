@@ -92,18 +92,11 @@ void set_all(float rgb[3], double value) {
     rgb[0] = rgb[1] = rgb[2] = (float)value;
 }
 
-brume_scene *new_scene(const view *v, uint32_t medium_after, int max_depth, uint32_t samples) {
+brume_scene *new_scene(int max_depth, uint32_t samples) {
     brume_scene *scene = NULL;
-    brume_sensor_desc sensor = brume_sensor_desc_default();
     brume_film_desc film = brume_film_desc_default();
     brume_integrator_desc integrator = brume_integrator_desc_default();
     must(brume_scene_create(context, &scene));
-    view_matrix(v, sensor.to_world);
-    sensor.fov = v->fov;
-    sensor.near_clip = 1e-6f;
-    sensor.far_clip = 1e6f;
-    sensor.medium = medium_after;
-    must(brume_scene_set_sensor(scene, &sensor));
     film.width = film.height = PIXELS;
     film.rfilter = BRUME_RFILTER_BOX;
     must(brume_scene_set_film(scene, &film));
@@ -113,6 +106,16 @@ brume_scene *new_scene(const view *v, uint32_t medium_after, int max_depth, uint
     integrator.seed = 7;
     must(brume_scene_set_integrator(scene, &integrator));
     return scene;
+}
+
+void set_camera(brume_scene *scene, const view *v, uint32_t medium) {
+    brume_sensor_desc sensor = brume_sensor_desc_default();
+    view_matrix(v, sensor.to_world);
+    sensor.fov = v->fov;
+    sensor.near_clip = 1e-6f;
+    sensor.far_clip = 1e6f;
+    sensor.medium = medium;
+    must(brume_scene_set_sensor(scene, &sensor));
 }
 
 uint32_t add_medium(brume_scene *scene, double sigma_t, double albedo, double g, double emission) {

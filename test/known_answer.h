@@ -41,8 +41,9 @@ void view_matrix(const view *v, float m[16]);
 void scale_and_move(float m[16], double sx, double sy, double sz, double x, double y, double z);
 void set_all(float rgb[3], double value);
 
-/* A scene with camera, film and integrator. `medium` is the camera's: the id that a later add_medium will get. */
-brume_scene *new_scene(const view *v, uint32_t medium, int max_depth, uint32_t samples);
+/* A scene with film and integrator, then its camera, which stands in `medium`. */
+brume_scene *new_scene(int max_depth, uint32_t samples);
+void set_camera(brume_scene *scene, const view *v, uint32_t medium);
 uint32_t add_medium(brume_scene *scene, double sigma_t, double albedo, double g, double emission);
 uint32_t add_diffuse(brume_scene *scene, double reflectance);
 /* A square across the z axis, 2 x 2 half_size, diffuse on both sides. */
