@@ -20,8 +20,8 @@ static void append(void *user, void *bytes, int size) {
     brume_output_append(user, bytes, (size_t)size);
 }
 
-brume_result brume_png_write(brume_context *context, const char *path, uint32_t width, uint32_t height, const float *rgb,
-                             float exposure) {
+brume_result brume_png_write(brume_context *context, const char *path, uint32_t width, uint32_t height,
+                             const float *rgb, float exposure) {
     if (!path || !rgb || width == 0 || height == 0 || !isfinite(exposure))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: a PNG needs pixels and a finite exposure",
                           path ? path : "(no name)");

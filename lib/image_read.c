@@ -23,7 +23,7 @@ static brume_result fail_at(const source *s, brume_result code, const char *what
     return brume_fail(s->context, code, "%s%s%s: %s", s->where ? s->where : "", s->where ? ": " : "", s->path, what);
 }
 
-/* ---- stb ---------------------------------------------------------------------------------------------------------- */
+/* ---- stb ------------------------------------------------------------------------------------------------------- */
 
 static float decode_srgb(double v) {
     return (float)(v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4));
@@ -61,7 +61,7 @@ static brume_result read_stb(const source *s, const char *bytes, size_t size, in
     return BRUME_OK;
 }
 
-/* ---- EXR ---------------------------------------------------------------------------------------------------------- */
+/* ---- EXR ------------------------------------------------------------------------------------------------------- */
 
 typedef struct exr_file {
     exr_context_t exr;

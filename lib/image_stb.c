@@ -1,5 +1,5 @@
-/* image_stb.c -- stb_image and stb_image_write, compiled here alone and kept static, so that a program with its own copy
- * can link the static library.
+/* image_stb.c -- stb_image and stb_image_write, compiled here alone and kept static, so that a program with its own
+ * copy can link the static library.
  */
 #include "image_stb.h"
 

@@ -1,7 +1,7 @@
 // mesh_obj.cc -- OBJ through tinyobjloader, which is C++: nothing it throws leaves this file.
 //
-// The parser takes what it can't read for 0 and skips faces with unknown vertices. A pass over the text before it demands
-// numbers where numbers belong, so that such a file is an error with its line and not a wrong picture.
+// The parser takes what it can't read for 0 and skips faces with unknown vertices. A pass over the text before it
+// demands numbers where numbers belong, so that such a file is an error with its line and not a wrong picture.
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
@@ -111,7 +111,8 @@ template <class T> T *copy(const std::vector<T> &from) {
 
 bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t> &shapes, refusal *why,
              brume_mesh *out) {
-    const int vertices = static_cast<int>(attrib.vertices.size() / 3), normals = static_cast<int>(attrib.normals.size() / 3),
+    const int vertices = static_cast<int>(attrib.vertices.size() / 3),
+              normals = static_cast<int>(attrib.normals.size() / 3),
               uvs = static_cast<int>(attrib.texcoords.size() / 2);
     std::unordered_map<corner, uint32_t, corner_hash> seen;
     std::vector<float> positions, out_normals, out_uvs;
