@@ -14,7 +14,7 @@
  *   llog1p        0.82   0.80    2      all; -inf at -1, NaN below
  *   lsincos       0.83   0.80    2      |x| <= SINCOS_LIMIT, NaN beyond
  *   lsincos_turns 0.99   0.96    2      |u| <= 2^20 turns
- *   latan2        1.66   1.84    2      all, signed zeros and infinities as in C
+ *   latan2        1.70   1.92    2      all, signed zeros and infinities as in C
  *   lasin         2.18   2.06    2.5    [-1, 1], NaN beyond
  *   lacos         1.11   1.12    2      [-1, 1], NaN beyond
  *
@@ -111,7 +111,7 @@ FN real exp_reduced(real x, ireal *k) {
     return fma(z * z, p, z);
 }
 
-FN real lexp(real x) {
+CALL real lexp(real x) {
     ireal k;
     real e = R(1) + exp_reduced(x, &k);
     /* in two steps, as 2^k itself may be out of range while the product is not */
@@ -121,7 +121,7 @@ FN real lexp(real x) {
     return x < R(EXP_MIN) ? R(0) : y;
 }
 
-FN real lexpm1(real x) {
+CALL real lexpm1(real x) {
     ireal k;
     real p = exp_reduced(x, &k);
     real s = lpow2(k - I(1)); /* half of 2^k, which may be out of range */
@@ -161,7 +161,7 @@ FN ireal log_split(real x, real *f) {
     return i >> I(REAL_MANTISSA);
 }
 
-FN real llog(real x) {
+CALL real llog(real x) {
     mask denormal = x < R(REAL_MIN_NORMAL);
     real f, y;
     ireal k = log_split(denormal ? x * R(18014398509481984.0) : x, &f); /* 2^54 */
@@ -171,7 +171,7 @@ FN real llog(real x) {
     return x == R(0) ? -REAL_INF : y;
 }
 
-FN real llog1p(real x) {
+CALL real llog1p(real x) {
     real u = R(1) + x;
     real f;
     ireal k = log_split(u, &f);
@@ -222,7 +222,7 @@ FN void sincos_reduced(real r, real low, ireal quarters, real *sine, real *cosin
 }
 
 /* sin x and cos x, x in radians. */
-FN void lsincos(real x, real *sine, real *cosine) {
+CALL void lsincos(real x, real *sine, real *cosine) {
     x = fabs(x) <= R(SINCOS_LIMIT) ? x : REAL_NAN;
     real t = fma(x, R(0.63661977236758134), R(ROUNDER));
     real n = t - R(ROUNDER);
@@ -247,7 +247,7 @@ FN void lsincos_turns(real u, real *sine, real *cosine) {
 /* ---- inverse functions ------------------------------------------------------------------------------------------- */
 
 /* The angle of (x, y) from the x axis, in [-pi, pi]. */
-FN real latan2(real y, real x) {
+CALL real latan2(real y, real x) {
     real ay = fabs(y), ax = fabs(x);
     mask steep = ay > ax;
     real a = steep ? ax : ay, b = steep ? ay : ax;
