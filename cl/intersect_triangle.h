@@ -21,9 +21,10 @@
 #define DISTANCE_ERROR 0x1p-20f
 #endif
 
-/* The paper's distance is a mean of the vertices' z, good to a few 2^-24 of the triangle's reach: a ray that leaves a
- * large triangle would hit it again. Closer to tmin than that, the volume of the tetrahedron of origin and vertices is
- * computed in twice the precision: t = -volume / (det d.z). */
+/* The paper's distance is a mean of the vertices' z by weights u, v, w. Rounding moves vertices across the ray by 2^-22 of
+ * their distance at most, which changes weights by that times the triangle's reach, over det: at a grazing angle a ray that
+ * leaves a large triangle would hit it again. Closer to tmin than (four times) that, the volume of the tetrahedron of origin
+ * and vertices is computed in twice the precision: t = -volume / (det d.z). */
 FN real1 refine_distance(__global const b_triangle_block *block, const ray *r, int k, real1 det) {
     pair1 a[3], b[3], c[3], volume = one_of(0);
     for (int i = 0; i < 3; i++) {
@@ -62,16 +63,22 @@ FN void intersect_block(__global const b_triangle_block *block, const ray *r, re
     if (out->set == 0) return;
 
     wide t = fma(u, az, fma(v, bz, w * cz)) / det * (wide)r->sz;
-    wide reach = wmax(fabs(az), wmax(fabs(bz), fabs(cz))) * fabs((wide)r->sz);
-    ulong doubtful = wide_set(inside & (fabs(t - (wide)r->tmin) <= reach * (wide)DISTANCE_ERROR));
+    wide reach = wmax(fabs(az), wmax(fabs(bz), fabs(cz)));
+    wide across = wmax(wmax(fabs(ax), wmax(fabs(bx), fabs(cx))), wmax(fabs(ay), wmax(fabs(by), fabs(cy))));
+    wide error = (reach + across) * across * reach * fabs((wide)(r->sz * DISTANCE_ERROR) / det);
+    ulong doubtful = wide_set(inside & (fabs(t - (wide)r->tmin) <= error));
     if (doubtful) {
-        lanes_of_wide refined, dets;
+        lanes_of_wide refined, dets, errors;
         refined.all = t;
         dets.all = det;
+        errors.all = error;
         while (doubtful) {
             int k = wide_last(doubtful);
             doubtful = wide_without(doubtful, k);
-            refined.one[k] = refine_distance(block, r, k, dets.one[k]);
+            real1 rough = refined.one[k], exact = refine_distance(block, r, k, dets.one[k]);
+            /* det has its own error, which for a needle is all of it. */
+            exact = exact > rough - errors.one[k] ? exact : rough - errors.one[k];
+            refined.one[k] = exact < rough + errors.one[k] ? exact : rough + errors.one[k];
         }
         t = refined.all;
     }
