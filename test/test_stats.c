@@ -1,4 +1,4 @@
-/* test_stats.c -- the statistical machinery: tails against tabulated values, and planted biases that must be noticed. */
+/* test_stats.c -- the statistical machinery: tails against tables, and planted biases that must be noticed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
