@@ -1,9 +1,9 @@
 /* arrays_environment.c -- the environment: its radiance, or its map with the tables that directions are drawn from.
  *
  * A map's density is constant over each of the width x height equal cells of (u, v), in proportion to the integral of
- * luminance over the cell's solid angle: the mean of the bilinear interpolant over the cell (so that a cell next to a
- * bright texel can be drawn, too) times the integral of sin theta. As in Mitsuba 3, texel column i is centred on
- * u = (i + 1/2) / width and wraps around, row j lies at v = j / (height - 1): the first and last rows are the poles.
+ * the bilinear interpolant's luminance over the cell's solid angle: a cell next to a bright texel is drawn, too. As in
+ * Mitsuba 3, texel column i is centred on u = (i + 1/2) / width and wraps around, row j lies at v = j / (height - 1):
+ * the first and last rows are the poles.
  */
 #include "arrays_build.h"
 
@@ -15,23 +15,41 @@
 
 #define PI 3.14159265358979323846
 
-/* Integral of the hat function max(0, 1 - |x|) from -infinity to x. */
-static double hat_integral(double x) {
-    x = fmax(-1, fmin(1, x));
-    return x < 0 ? 0.5 * (1 + x) * (1 + x) : 1 - 0.5 * (1 - x) * (1 - x);
+/* Integral of max(0, 1 - |(height - 1) v - y|) sin(pi v) from `from` to `to`, between which the hat has no corner, by
+ * Gauss and Legendre's rule of five points: a row is short enough for more digits than float has. */
+static double hat_times_sine(double from, double to, int y, int height) {
+    static const double nodes[3] = {0, 0.5384693101056831, 0.9061798459386640};
+    static const double weights[3] = {0.5688888888888889, 0.4786286704993665, 0.2369268850561891};
+    double middle = 0.5 * (from + to), reach = 0.5 * (to - from), sum = 0;
+    for (int i = -2; i <= 2 && to > from; i++) {
+        double v = middle + (i < 0 ? -nodes[-i] : nodes[i]) * reach;
+        sum += weights[abs(i)] * reach * fmax(0, 1 - fabs((height - 1) * v - y)) * sin(PI * v);
+    }
+    return sum;
 }
 
-/* out[i]: luminance averaged over the columns of cell (i, row), from rows interpolated linearly. */
-static void cell_luminances(const float *texels, int width, int height, int row, double *rows, double *out) {
-    /* The cell's span in units of rows, and what each row's hat contributes to the mean over it. */
-    double scale = height > 1 ? (double)(height - 1) / height : 0, from = row * scale, to = from + scale;
+/* What row y contributes to the cells of `row`, v in [row / height, (row + 1) / height]. */
+static double row_share(int y, int row, int height) {
+    double from = (double)row / height, to = (double)(row + 1) / height, sum = 0;
+    if (height == 1)
+        return 2 / PI;
+    for (int piece = -1; piece < 1; piece++) {
+        double low = (double)(y + piece) / (height - 1), high = (double)(y + piece + 1) / (height - 1);
+        sum += hat_times_sine(fmax(from, low), fmin(to, high), y, height);
+    }
+    return sum;
+}
+
+/* out[i]: the integral of luminance times sin(pi v) over cell (i, row), up to a factor of all cells. */
+static void cell_weights(const float *texels, int width, int height, int row, double *rows, double *out) {
     for (int x = 0; x < width; x++)
         rows[x] = 0;
     for (int y = row > 0 ? row - 1 : 0; y <= row + 1 && y < height; y++) {
-        double share = height > 1 ? (hat_integral(to - y) - hat_integral(from - y)) / scale : 1;
+        double share = row_share(y, row, height);
         for (int x = 0; x < width; x++)
             rows[x] += share * brume_luminance(texels + 3 * ((size_t)y * (size_t)width + (size_t)x));
     }
+    /* The mean of the hat functions of three columns over the middle one's cell. */
     for (int x = 0; x < width; x++)
         out[x] = 0.75 * rows[x] + 0.125 * (rows[(x + 1) % width] + rows[(x + width - 1) % width]);
 }
@@ -57,9 +75,8 @@ static brume_result tables(const brume_scene *scene, const float *texels, int wi
     double *interpolated = memory, *cells = memory + columns, *row_weights = memory + 2 * columns;
     float *marginal = arrays->cdf + first, *conditional = marginal + rows + 1;
     for (int y = 0; y < height; y++) {
-        cell_luminances(texels, width, height, y, interpolated, cells);
-        double band = cos(PI * y / height) - cos(PI * (y + 1) / height);
-        row_weights[y] = band * brume_cumulate(cells, columns, conditional + (size_t)y * (columns + 1)) / width;
+        cell_weights(texels, width, height, y, interpolated, cells);
+        row_weights[y] = brume_cumulate(cells, columns, conditional + (size_t)y * (columns + 1));
     }
     *out_total = brume_cumulate(row_weights, rows, marginal);
     arrays->params.environment_cdf = (int)first;

@@ -40,7 +40,7 @@ static double cubic(double x, double b, double c) {
     return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + 8 * b + 24 * c) / 6;
 }
 
-/* At 0 <= x <= radius, not normalised. A radius other than the filter's own cuts a Gaussian and stretches the others. */
+/* At 0 <= x <= radius, not normalised. A radius that isn't the filter's own cuts a Gaussian and stretches the others. */
 static double filter_value(const brume_film_desc *film, double radius, double x) {
     double own = own_radius(film), stretched = x * own / radius, sigma = film->filter_stddev;
     switch (film->rfilter) {

@@ -1,4 +1,4 @@
-/* test_scene.c -- the scene description by the public calls: default values, every refusal with its words, ownership. */
+/* test_scene.c -- the scene description by the public calls: defaults, every refusal with its words, ownership. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
