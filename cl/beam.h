@@ -43,7 +43,8 @@ FN beam_interval beam_clip(const beam *g, real start, real end, real xa, real xb
     i.t1 = to_end ? end : lclamp(edge1, i.t0, end);
     /* Far and narrow segments: the difference of two nearly equal angles has no digits left; its tangent has. */
     real whole = latan2(g->D * (i.t1 - i.t0), fma(i.t0, i.t1, square(g->D)));
-    i.width = from_start & to_end ? whole : x1 - i.x0;
+    mask is_whole = from_start & to_end;
+    i.width = is_whole ? whole : x1 - i.x0;
     i.width = i.width > R(0) ? i.width : R(0);
     return i;
 }
@@ -74,8 +75,8 @@ FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
     g.n = vselect(distance > R(0), vscale(e, R(-1) / lmax(distance, R(1e-30))), across);
 
     real start = -g.delta, end = t_end - g.delta;
-    mask spot = TRUE_MASK;
-    real half_width = R(4), v_room = R(0);
+    mask dark = FALSE_MASK, all = TRUE_MASK; /* a point light reaches the whole line */
+    real half_width = R(4);
     if (light->kind == LIGHT_SPOT) {
         vec axis = vuniform(light->axis);
         real along_n = vdot(axis, g.n), along_d = vdot(axis, d);
@@ -85,7 +86,9 @@ FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
         g.cs = some ? along_n / lmax(g.rho, R(1e-12)) : R(1);
         g.sn = some ? along_d / lmax(g.rho, R(1e-12)) : R(0);
         g.versine_out_of_plane = square(out_of_plane) / (R(1) + g.rho);
-        v_room = R(light->v_cutoff) - g.versine_out_of_plane;
+        real v_room = R(light->v_cutoff) - g.versine_out_of_plane;
+        dark = v_room < R(0);
+        all = v_room >= R(2) * g.rho;
         real k = lclamp(v_room / lmax(R(2) * g.rho, R(1e-24)), R(0), R(1));
         half_width = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
     } else {
@@ -94,23 +97,19 @@ FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
         g.sn = R(0);
         g.versine_out_of_plane = R(0);
     }
-    mask dark = v_room < R(0);
-    mask all = v_room >= R(2) * g.rho;
-    if (light->kind != LIGHT_SPOT) {
-        dark = FALSE_MASK;
-        all = spot;
-    }
     real xa = latan2(difference_of_products(start, g.cs, g.D, g.sn), fma(g.D, g.cs, start * g.sn));
     real xb = latan2(difference_of_products(end, g.cs, g.D, g.sn), fma(g.D, g.cs, end * g.sn));
-    xb = (xb < xa) & (end > start) & (xb < R(0)) & (xa > R(0)) ? xb + R(2 * M_PI_F) : xb;
+    mask turned = (xb < R(0)) & (xa > R(0)) & (end > start);
+    xb = turned ? xb + R(2 * PI) : xb;
     real reach = all ? R(8) : half_width;
     g.a = beam_clip(&g, start, end, xa, xb, -reach, reach);
-    g.a.width = dark | (t_end <= R(0)) ? R(0) : g.a.width;
+    mask none = dark | (t_end <= R(0));
+    g.a.width = none ? R(0) : g.a.width;
     g.b = beam_nothing();
     /* A cone wider than a half space can light the far end too, one turn on. */
-    mask wraps = !all & !dark & (xb > R(2 * M_PI_F) - half_width) & (t_end > R(0));
+    mask wraps = (!all) & (!none) & (xb > R(2 * PI) - half_width);
     if (ANY(wraps)) {
-        beam_interval b = beam_clip(&g, start, end, xa, xb, R(2 * M_PI_F) - half_width, R(2 * M_PI_F) + half_width);
+        beam_interval b = beam_clip(&g, start, end, xa, xb, R(2 * PI) - half_width, R(2 * PI) + half_width);
         g.b.x0 = wraps ? b.x0 : R(0);
         g.b.t0 = wraps ? b.t0 : R(0);
         g.b.t1 = wraps ? b.t1 : R(0);

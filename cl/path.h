@@ -77,7 +77,8 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
         bsdf_sampled b = bsdf_sample(&v->b, v->wo, unit(u.x), unit(u.y), unit(u.z));
         d = vselect(v->at_surface, to_world(&v->frame, b.wi), d);
         weight = cselect(v->at_surface, b.weight, weight);
-        pdf = v->at_surface & !b.is_delta ? b.pdf : pdf;
+        mask spread = v->at_surface & !b.is_delta;
+        pdf = spread ? b.pdf : pdf;
         p->eta = v->at_surface ? p->eta * b.eta : p->eta;
     }
     if (HAS(MEDIA) && ANY(v->in_medium)) {
