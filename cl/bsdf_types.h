@@ -1,11 +1,12 @@
 /* bsdf_types.h -- what a surface's scattering is made of, and what evaluating and sampling it return.
  *
- * Directions are unit vectors of the shading frame and point away from the surface: wo towards the eye, wi towards where
- * the light comes from. z is the normal, x the tangent.
+ * Directions are unit vectors of the shading frame and point away from the surface: wo towards the eye, wi towards
+ * where the light comes from. z is the normal, x the tangent.
  */
 #ifndef BRUME_BSDF_TYPES_H
 #define BRUME_BSDF_TYPES_H
 
+#include "shared.h"
 #include "vec.h"
 
 /* Of each lane, textures looked up. Fields that a kind doesn't use hold anything finite. */
