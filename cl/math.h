@@ -46,7 +46,7 @@
 #define HALF_PI_1 1.5707963267948966
 #define HALF_PI_2 6.123233995736766e-17
 #define HALF_PI_3 -1.4973849048591833e-33
-#define HALF_MAX 8.9884656743115795e307
+#define HALF_OF_MAX 8.9884656743115795e307
 #else
 #define REAL_MANTISSA 23
 #define REAL_ONE_BITS 0x3f800000
@@ -65,7 +65,7 @@
 #define HALF_PI_1 1.57079637
 #define HALF_PI_2 -4.37113883e-8
 #define HALF_PI_3 -1.71512489e-15
-#define HALF_MAX 1.70141183e38
+#define HALF_OF_MAX 1.70141183e38
 #endif
 
 #define PI 3.14159265358979323846
@@ -251,7 +251,7 @@ CALL real latan2(real y, real x) {
     real ay = fabs(y), ax = fabs(x);
     mask steep = ay > ax;
     real a = steep ? ax : ay, b = steep ? ay : ax;
-    mask huge = b > R(HALF_MAX);
+    mask huge = b > R(HALF_OF_MAX);
     a = huge ? (a == REAL_INF ? R(1) : (b == REAL_INF ? R(0) : a * R(0.25))) : a;
     b = huge ? (b == REAL_INF ? R(1) : b * R(0.25)) : b;
     b = b == R(0) ? R(1) : b;
