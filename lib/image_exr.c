@@ -88,9 +88,22 @@ static exr_result_t write_header(exr_context_t exr, int part, const picture *p, 
     return code == EXR_ERR_SUCCESS ? exr_write_header(exr) : code;
 }
 
+typedef exr_result_t (*compress_step)(exr_encode_pipeline_t *);
+
+/* OpenEXRCore 3.1.5 keeps a compressed chunk that came out just as long as the pixels themselves; every reader takes a
+ * chunk of that length for plain pixels and shows noise. Such a chunk is stored plain. */
+static exr_result_t compress(exr_encode_pipeline_t *encoder) {
+    compress_step library = *(compress_step *)encoder->encoding_user_data;
+    exr_result_t code = library(encoder);
+    if (code == EXR_ERR_SUCCESS && encoder->compressed_bytes == encoder->packed_bytes)
+        memcpy(encoder->compressed_buffer, encoder->packed_buffer, encoder->packed_bytes);
+    return code;
+}
+
 /* block: room for `per_chunk` lines of every channel. */
 static exr_result_t write_lines(exr_context_t exr, int part, const picture *p, uint32_t per_chunk, float *block) {
     exr_encode_pipeline_t encoder = EXR_ENCODE_PIPELINE_INITIALIZER;
+    compress_step library = NULL;
     exr_result_t code = EXR_ERR_SUCCESS;
     for (uint32_t y = 0; y < p->height && code == EXR_ERR_SUCCESS; y += per_chunk) {
         uint32_t lines = per_chunk < p->height - y ? per_chunk : p->height - y;
@@ -109,8 +122,12 @@ static exr_result_t write_lines(exr_context_t exr, int part, const picture *p, u
             c->user_bytes_per_element = sizeof(float);
             c->user_data_type = EXR_PIXEL_FLOAT;
         }
-        if (code == EXR_ERR_SUCCESS && y == 0)
+        if (code == EXR_ERR_SUCCESS && y == 0) {
             code = exr_encoding_choose_default_routines(exr, part, &encoder);
+            library = encoder.compress_fn;
+            encoder.encoding_user_data = &library;
+            encoder.compress_fn = library ? compress : NULL;
+        }
         if (code == EXR_ERR_SUCCESS)
             code = exr_encoding_run(exr, part, &encoder);
     }

@@ -69,6 +69,7 @@ typedef struct exr_file {
     int32_t width, height;
     int grey;      /* a Y channel instead of R, G and B */
     float *texels;
+    float *unwanted; /* a line for what other channels hold: OpenEXRCore 3.1.5 crashes on some mixes that skip channels */
 } exr_file;
 
 /* 0, 1, 2 for the channels that go to R, G and B, else -1. */
@@ -105,13 +106,10 @@ static void aim(const exr_file *file, exr_decode_pipeline_t *decoder, int32_t x,
     for (int i = 0; i < decoder->channel_count; i++) {
         exr_coding_channel_info_t *c = &decoder->channels[i];
         int at = component(file, c->channel_name);
-        c->decode_to_ptr = NULL;
-        if (at < 0)
-            continue;
-        c->decode_to_ptr =
-            (uint8_t *)(file->texels + 3 * ((size_t)y * (size_t)file->width + (size_t)x) + (size_t)at);
-        c->user_pixel_stride = 3 * sizeof(float);
-        c->user_line_stride = (int32_t)(3 * sizeof(float)) * file->width;
+        float *wanted = file->texels + 3 * ((size_t)y * (size_t)file->width + (size_t)x) + at;
+        c->decode_to_ptr = (uint8_t *)(at < 0 ? file->unwanted : wanted);
+        c->user_pixel_stride = at < 0 ? sizeof(float) : 3 * sizeof(float);
+        c->user_line_stride = at < 0 ? 0 : (int32_t)(3 * sizeof(float)) * file->width;
         c->user_bytes_per_element = sizeof(float);
         c->user_data_type = EXR_PIXEL_FLOAT;
     }
@@ -123,6 +121,8 @@ static exr_result_t decode_chunk(const exr_file *file, exr_decode_pipeline_t *de
                                  : exr_decoding_initialize(file->exr, 0, chunk, decoder);
     if (code != EXR_ERR_SUCCESS)
         return code;
+    if (chunk->width > file->width - x || chunk->height > file->height - y)
+        return EXR_ERR_BAD_CHUNK_LEADER;
     aim(file, decoder, x, y);
     if (!*started)
         code = exr_decoding_choose_default_routines(file->exr, 0, decoder);
@@ -193,7 +193,8 @@ static brume_result read_exr(const source *s, brume_image *out) {
     if (result != BRUME_OK)
         goto cleanup;
     file.texels = calloc((size_t)(width * height), 3 * sizeof *file.texels);
-    if (!file.texels) {
+    file.unwanted = calloc((size_t)width, sizeof *file.unwanted);
+    if (!file.texels || !file.unwanted) {
         result = fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
         goto cleanup;
     }
@@ -207,6 +208,7 @@ cleanup:
     }
     if (result == BRUME_OK && code != EXR_ERR_SUCCESS)
         result = fail_at(s, BRUME_ERROR_SCENE, errors.first[0] ? errors.first : exr_get_default_error_message(code));
+    free(file.unwanted);
     if (result != BRUME_OK) {
         free(file.texels);
         return result;
