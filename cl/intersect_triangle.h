@@ -40,6 +40,13 @@ FN real1 refine_distance(__global const b_triangle_block *block, const ray *r, i
     return -one_value(volume) / det * r->sz;
 }
 
+/* Within the error of the rough distance, because det has an error, too, which for a needle is all of it. */
+FN real1 refined_within(__global const b_triangle_block *block, const ray *r, int k, real1 det, real1 rough, real1 error) {
+    real1 exact = refine_distance(block, r, k, det);
+    exact = exact > rough - error ? exact : rough - error;
+    return exact < rough + error ? exact : rough + error;
+}
+
 /* Padding has NaN vertices, and every comparison with NaN is false. `near` is where the ray enters the leaf's box: see
  * traverse.h. */
 FN void intersect_block(__global const b_triangle_block *block, const ray *r, real1 near, real1 tmax, block_hits *out) {
@@ -75,10 +82,7 @@ FN void intersect_block(__global const b_triangle_block *block, const ray *r, re
         while (doubtful) {
             int k = wide_last(doubtful);
             doubtful = wide_without(doubtful, k);
-            real1 rough = refined.one[k], exact = refine_distance(block, r, k, dets.one[k]);
-            /* det has its own error, which for a needle is all of it. */
-            exact = exact > rough - errors.one[k] ? exact : rough - errors.one[k];
-            refined.one[k] = exact < rough + errors.one[k] ? exact : rough + errors.one[k];
+            refined.one[k] = refined_within(block, r, k, dets.one[k], refined.one[k], errors.one[k]);
         }
         t = refined.all;
     }

@@ -44,6 +44,7 @@ static const char trace_text[] = "#include \"traverse.h\"\n" TRACE_KERNEL;
 
 /* The planted bug: the test of Moeller & Trumbore 1997 with its float edge tests in place of the watertight one. */
 static const char naive_text[] =
+    "#define BVH_PACKET 0\n"
     "#define BRUME_INTERSECT_TRIANGLE_H\n"
     "#include \"shared.h\"\n"
     "#include \"exact.h\"\n"
