@@ -20,7 +20,7 @@ enum { COUNT = 1 << 18, CELLS = 16, MEANS = 9, AXES = 4, TESTS = 2 * MEANS * AXE
 static const double means[MEANS] = {0, 1e-6, 0.3, -0.5, 0.9, -0.9, 0.99, 0.999, -0.9999};
 static const double axes[AXES][3] = {{0, 0, 1}, {0, 0, -1}, {0.6, -0.8, 0}, {-0.48, 0.6, 0.64}};
 
-/* 1 / 4 pi (1 - g^2) / (1 + g^2 - 2 g cos)^(3/2); v = 1 - cos, both counted from the peak by the caller where it matters */
+/* (1 - g^2) / (4 pi (1 + g^2 - 2 g cos)^(3/2)) with v = 1 - cos, which keeps the digits near a peak at v = 0 */
 static double twin(double v, double g) {
     double x = (1 - g) * (1 - g) + 2 * g * v;
     return (1 - g * g) / (4 * PI * x * sqrt(x));
