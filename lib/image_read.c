@@ -69,7 +69,7 @@ typedef struct exr_file {
     int32_t width, height;
     int grey;      /* a Y channel instead of R, G and B */
     float *texels;
-    float *unwanted; /* a line for what other channels hold: OpenEXRCore 3.1.5 crashes on some mixes that skip channels */
+    float *unwanted; /* a line for what other channels hold: OpenEXRCore 3.1.5 crashes on some mixes with gaps */
 } exr_file;
 
 /* 0, 1, 2 for the channels that go to R, G and B, else -1. */

@@ -1,4 +1,4 @@
-/* test_image.c -- picture files: EXR read back through OpenEXRCore itself, PNG bytes against the sRGB formula, failures. */
+/* test_image.c -- picture files: EXR read back through OpenEXRCore, PNG bytes against the sRGB formula, failures. */
 #include <OpenEXR/openexr.h>
 #include <errno.h>
 #include <math.h>
@@ -201,8 +201,8 @@ static void test_exr_reading(void **state) {
     assert_memory_equal(image.texels, rgb, sizeof rgb);
     free(image.texels);
 
-    assert_int_equal(brume_exr_write(context, in_folder("y.exr"), 0, 0, WIDTH, HEIGHT, WIDTH, HEIGHT, &grey, 1, NULL, 0),
-                     BRUME_OK);
+    const char *path = in_folder("y.exr");
+    assert_int_equal(brume_exr_write(context, path, 0, 0, WIDTH, HEIGHT, WIDTH, HEIGHT, &grey, 1, NULL, 0), BRUME_OK);
     assert_int_equal(brume_image_read(context, path_memory, 0, NULL, &image), BRUME_OK);
     for (int i = 0; i < WIDTH * HEIGHT; i++) {
         assert_float_equal(image.texels[3 * i], rgb[3 * i], 0.0005 * rgb[3 * i] + 1e-7); /* a half has 11 bits */
@@ -211,8 +211,8 @@ static void test_exr_reading(void **state) {
     }
     free(image.texels);
 
-    assert_int_equal(brume_exr_write(context, in_folder("d.exr"), 0, 0, WIDTH, HEIGHT, WIDTH, HEIGHT, &odd, 1, NULL, 0),
-                     BRUME_OK);
+    path = in_folder("d.exr");
+    assert_int_equal(brume_exr_write(context, path, 0, 0, WIDTH, HEIGHT, WIDTH, HEIGHT, &odd, 1, NULL, 0), BRUME_OK);
     assert_int_equal(brume_image_read(context, path_memory, 0, "s.xml:3:5", &image), BRUME_ERROR_SCENE);
     assert_non_null(strstr(brume_context_message(context), "s.xml:3:5: "));
     assert_non_null(strstr(brume_context_message(context), "expected the channels R, G and B, or Y"));
@@ -390,7 +390,8 @@ static void test_full_disk(void **state) {
     small = before;
     small.rlim_cur = 10000;
     assert_int_equal(setrlimit(RLIMIT_FSIZE, &small), 0);
-    brume_result exr = brume_exr_write(context, in_folder("old.exr"), 0, 0, SIDE, SIDE, SIDE, SIDE, &channel, 1, NULL, 0);
+    const char *path = in_folder("old.exr");
+    brume_result exr = brume_exr_write(context, path, 0, 0, SIDE, SIDE, SIDE, SIDE, &channel, 1, NULL, 0);
     int exr_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
     brume_result png = brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0);
     int png_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
@@ -416,8 +417,9 @@ static void test_full_disk(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        FRESH(test_exr_round_trip), FRESH(test_exr_header), FRESH(test_exr_reading), FRESH(test_exr_mixes), FRESH(test_png_curve),
-        FRESH(test_by_content),     FRESH(test_unreadable), FRESH(test_unwritable),  FRESH(test_full_disk),
+        FRESH(test_exr_round_trip), FRESH(test_exr_header), FRESH(test_exr_reading),
+        FRESH(test_exr_mixes),      FRESH(test_png_curve),  FRESH(test_by_content),
+        FRESH(test_unreadable),     FRESH(test_unwritable), FRESH(test_full_disk),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
