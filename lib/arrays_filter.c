@@ -40,7 +40,7 @@ static double cubic(double x, double b, double c) {
     return ((-b - 6 * c) * x * x * x + (6 * b + 30 * c) * x * x + (-12 * b - 48 * c) * x + 8 * b + 24 * c) / 6;
 }
 
-/* At 0 <= x <= radius, not normalised. A radius that isn't the filter's own cuts a Gaussian and stretches the others. */
+/* At 0 <= x <= radius, not normalised. A radius other than its own cuts a Gaussian and stretches other filters. */
 static double filter_value(const brume_film_desc *film, double radius, double x) {
     double own = own_radius(film), stretched = x * own / radius, sigma = film->filter_stddev;
     switch (film->rfilter) {
@@ -79,7 +79,7 @@ static int find_crossings(const brume_film_desc *film, double radius, double cro
     return count;
 }
 
-/* The positive half's inverse cumulative of |f|; the other half mirrors it. cumulative: CELLS + 1 values to work in. */
+/* The positive half's inverse cumulative of |f|; the other half mirrors it. cumulative: CELLS + 1 values. */
 static void fill_offsets(const brume_film_desc *film, double radius, double *cumulative, float *table) {
     const double h = radius / CELLS;
     cumulative[0] = 0;

@@ -86,7 +86,8 @@ brume_result brume_scene_grow(const brume_scene *scene, void *array_pointer, uin
     return BRUME_OK;
 }
 
-brume_result brume_scene_copy(const brume_scene *scene, const void *from, size_t count, size_t size, void *out_pointer) {
+brume_result brume_scene_copy(const brume_scene *scene, const void *from, size_t count, size_t size,
+                              void *out_pointer) {
     void *copy = count <= SIZE_MAX / size ? malloc(count * size) : NULL;
     if (!copy)
         return brume_fail(scene->context, BRUME_ERROR_MEMORY, "no memory for %zu x %zu bytes of the scene", count,

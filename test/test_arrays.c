@@ -44,7 +44,7 @@ static void assert_close(double value, double wanted, double relative) {
         fail_msg("%.9g instead of %.9g", value, wanted);
 }
 
-/* ---- camera and film -------------------------------------------------------------------------------------------- */
+/* ---- camera and film ------------------------------------------------------------------------------------------ */
 
 static void test_field_of_view(void **state) {
     (void)state;
@@ -104,7 +104,7 @@ static void test_no_sensor(void **state) {
     brume_scene_destroy(scene);
 }
 
-/* ---- geometry ----------------------------------------------------------------------------------------------------- */
+/* ---- geometry ------------------------------------------------------------------------------------------------- */
 
 static void geometric_normal(const brume_arrays *a, int i, double out[3]) {
     const int *v = a->triangles[i].v;
@@ -292,7 +292,7 @@ static void test_too_far(void **state) {
     brume_scene_destroy(scene);
 }
 
-/* ---- lights ------------------------------------------------------------------------------------------------------- */
+/* ---- lights --------------------------------------------------------------------------------------------------- */
 
 static void test_spots(void **state) {
     (void)state;
@@ -465,7 +465,7 @@ static void test_environment_rotation(void **state) {
     brume_scene_destroy(scene);
 }
 
-/* ---- reconstruction filters --------------------------------------------------------------------------------------- */
+/* ---- reconstruction filters ----------------------------------------------------------------------------------- */
 
 /* The filters as published, for any x; written from the papers, not from the library. */
 static double published(const brume_film_desc *film, double x) {
@@ -559,12 +559,12 @@ static void test_filters(void **state) {
     brume_scene_destroy(scene);
 }
 
-/* ---- features ------------------------------------------------------------------------------------------------------ */
+/* ---- features ------------------------------------------------------------------------------------------------- */
 
-/* One letter adds one thing to a scene that has a sensor only; upper case things exist, but nothing refers to them.
- * r rectangle, s sphere, n rectangle of null, g rectangle of glass, i null sphere with fog inside, e emitting
- * rectangle, t textured rectangle, p point, c constant environment, d textured spot, 2 glass-free two-sided with a metal back,
- * f sensor in fog, j ignored media, z fog that glows inside of a null sphere; M medium, G glass, T texture. */
+/* One letter adds one thing to a scene that has a sensor only; what an upper case letter adds, nothing refers to.
+ * Rectangles: r plain, n of null, g of glass, e emitting, t textured, 2 two-sided with a metal back. Spheres: s plain,
+ * i of null with fog inside, z the same with fog that glows. Lights: p point, c constant environment, d textured spot.
+ * f puts the sensor into fog, j ignores media. M medium, G glass, T texture. */
 static void add_thing(brume_scene *scene, char thing) {
     uint32_t fog, bsdf, texture = BRUME_NONE, ignored;
     brume_medium_desc medium = brume_medium_desc_default();
