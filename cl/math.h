@@ -291,7 +291,8 @@ CALL real latan2(real y, real x) {
     real n = to_real(k);
     r = fma(n, R(HALF_PI_1 * 0.5), fma(n, R(HALF_PI_2 * 0.5), r));
     /* NaN took neither side of the comparisons above */
-    return (x == x) & (y == y) ? copysign(r, y) : REAL_NAN;
+    mask numbers = (x == x) & (y == y);
+    return numbers ? copysign(r, y) : REAL_NAN;
 }
 
 FN real latan(real x) { return latan2(x, R(1)); }
