@@ -70,21 +70,6 @@ void cli_stats_print(FILE *file, const cli_run *run)
     fputs("{\"event\":\"stats\"", file);
     member_string(file, "version", BRUME_VERSION);
     member_string(file, "scene", run->options->scene);
-    fputs(",\"parameters\":{", file);
-    for (size_t i = 0; i < run->options->parameter_count; i++) {
-        if (i > 0)
-            fputc(',', file);
-        cli_json_string(file, run->options->parameters[i].name);
-        fputc(':', file);
-        cli_json_string(file, run->options->parameters[i].value);
-    }
-    fputs("},\"outputs\":[", file);
-    for (size_t i = 0; i < run->options->output_count; i++) {
-        if (i > 0)
-            fputc(',', file);
-        cli_json_string(file, run->options->outputs[i]);
-    }
-    fputc(']', file);
     member_count(file, "exit_code", (uint64_t)run->exit_code);
     member_string(file, "device", run->device->name);
     member_string(file, "platform", run->device->platform);
@@ -128,6 +113,21 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_number(file, "write_seconds", run->write_seconds);
     member_number(file, "total_seconds", run->total_seconds);
     member_number(file, "samples_per_second", samples_per_second(stats));
+    fputs(",\"parameters\":{", file);
+    for (size_t i = 0; i < run->options->parameter_count; i++) {
+        if (i > 0)
+            fputc(',', file);
+        cli_json_string(file, run->options->parameters[i].name);
+        fputc(':', file);
+        cli_json_string(file, run->options->parameters[i].value);
+    }
+    fputs("},\"outputs\":[", file);
+    for (size_t i = 0; i < run->options->output_count; i++) {
+        if (i > 0)
+            fputc(',', file);
+        cli_json_string(file, run->options->outputs[i]);
+    }
+    fputc(']', file);
     fputs("}\n", file);
 }
 

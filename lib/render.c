@@ -203,6 +203,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     brume_render *render = calloc(1, sizeof *render);
     if (!render) return brume_fail(context, BRUME_ERROR_MEMORY, "creating a render: out of memory");
     render->device = brume_device_retain(device);
+    brume_info(context, "Building the hierarchy of surfaces");
     result = brume_arrays_build(scene, desc.use_crop ? crop : NULL, &arrays);
     if (result != BRUME_OK) {
         brume_render_destroy(render);
@@ -220,10 +221,13 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     fill_stats(render, &arrays);
     camera_matrix(&arrays.params, render->world_to_camera);
 
+    brume_info(context, "Uploading the scene");
     double start = brume_seconds();
     result = upload_arrays(render, &arrays);
     if (result == BRUME_OK) result = create_film(render);
     double uploaded = brume_seconds();
+    brume_info(context, "Building kernels, %u lanes wide, in %s", render->stats.lanes,
+               desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");
     if (result == BRUME_OK) result = build_kernel(render, &arrays);
     render->stats.upload_seconds = uploaded - start;
     render->stats.build_seconds = brume_seconds() - uploaded;
