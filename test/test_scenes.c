@@ -24,7 +24,7 @@ static brume_render *render_middle(const char *path, uint32_t size, uint32_t sam
         fail_msg("%s", brume_context_message(context));
     assert_int_equal(brume_scene_get_film(scene, &film), BRUME_OK);
     brume_render_desc desc = brume_render_desc_default();
-    desc.generic = 1; /* one build of the kernels for all scenes */
+    desc.guides = 0; /* less to compile */
     desc.sample_count = samples;
     desc.use_crop = 1;
     desc.crop_x = (film.width - size) / 2;
