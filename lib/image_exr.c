@@ -44,7 +44,8 @@ static exr_result_t set_attribute(exr_context_t exr, int part, const brume_exr_a
     return EXR_ERR_INVALID_ARGUMENT;
 }
 
-/* Lines y .. y + lines of a channel as floats in a row; halves are clamped first, as 65520 would become infinite. */
+/* Lines y .. y + lines of a channel as floats in a row; halves are clamped, which OpenEXRCore
+ * 3.1.5 does by itself, but doesn't promise. */
 static void gather(const brume_exr_channel *channel, uint32_t width, uint32_t y, uint32_t lines, float *out) {
     const float *from = channel->data + (size_t)y * width * channel->stride;
     for (size_t i = 0; i < (size_t)width * lines; i++) {

@@ -115,7 +115,7 @@ static void test_exr_round_trip(void **state) {
         rgb[i] = (float)((i % 2048) / 1024.0); /* eleven bits: exact as a half */
     for (int i = 0; i < WIDTH * HEIGHT; i++)
         depth[i] = 1.0f / 3 + (float)i;
-    rgb[0] = 1e6f, rgb[3] = -INFINITY, rgb[6] = NAN;
+    rgb[0] = 1e6f, rgb[3] = -INFINITY, rgb[6] = NAN, rgb[9] = INFINITY;
     const brume_exr_channel channels[4] = {
         {"Z", depth, 1, 0}, {"R", rgb, 3, 1}, {"B", rgb + 2, 3, 0}, {"G", rgb + 1, 3, 1}};
     const char *path = in_folder("a.exr");
@@ -127,7 +127,8 @@ static void test_exr_round_trip(void **state) {
     assert_float_equal(back[0], 65504, 0);
     assert_float_equal(back[1], -65504, 0);
     assert_true(isnan(back[2]));
-    for (int i = 3; i < WIDTH * HEIGHT; i++)
+    assert_float_equal(back[3], 65504, 0);
+    for (int i = 4; i < WIDTH * HEIGHT; i++)
         assert_float_equal(back[i], rgb[3 * i], 0);
     read_channel(path, "G", EXR_PIXEL_HALF, back);
     for (int i = 0; i < WIDTH * HEIGHT; i++)
