@@ -58,7 +58,7 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
     ireal x = in_x + I(params->crop_x), y = in_y + I(params->crop_y);
 
     ireal started = I(0);
-    path p = path_start(&s, x, y, U32(first_sample), FALSE_MASK);
+    path p = path_none();
     for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
         mask idle = inside & !p.alive & (started < I(samples));
         if (ANY(idle) && (!ANY(p.alive) || count_lanes(idle) > MAX_IDLE)) {

@@ -40,8 +40,11 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     }
     live = live & (r.choice >= I(0));
     if (!ANY(live)) return;
-    delta_arrival chosen = delta_light_at(s, &s->lights[0], v->p);
-    for (int k = 1; k < count; k++) {
+    delta_arrival chosen;
+    chosen.wi = v->frame.n;
+    chosen.distance = R(0);
+    chosen.irradiance = cgrey(R(0));
+    for (int k = 0; k < count; k++) {
         mask this = live & (r.choice == I(k));
         if (!ANY(this)) continue;
         delta_arrival a = delta_light_at(s, &s->lights[k], v->p);

@@ -31,6 +31,20 @@ FN void path_add(path *p, mask m, rgb value) {
     p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
 }
 
+/* A lane without a path. */
+FN path path_none(void) {
+    path p;
+    p.o = p.d = p.from = vmake(R(0), R(0), R(1));
+    p.t_max = p.sign = p.eta = p.pdf = p.travelled = R(0);
+    p.throughput = p.radiance = cgrey(R(0));
+    p.medium = I(-1);
+    p.depth = p.segments = I(0);
+    p.first = p.alive = FALSE_MASK;
+    p.random.key = p.random.index = U32(0);
+    p.random.sampler = SAMPLER_SOBOL;
+    return p;
+}
+
 FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) {
     path p;
     p.random = random_start(s->params, to_ureal32(x), to_ureal32(y), sample);

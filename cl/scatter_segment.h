@@ -110,15 +110,17 @@ FN in_scatter scatter_along(const scene *s, vec o, vec d, real t_end, const medi
     out.wi = d;
     out.value = cgrey(R(0));
     int count = s->params->light_count;
-    if (count == 1) {
-        scatter_from(s, &s->lights[0], o, d, t_end, m, u_technique, u_position, R(1), live, &out);
-        return out;
+    ireal choice = I(0);
+    real share = R(1);
+    if (count > 1) {
+        reservoir r = reservoir_start(u_light);
+        for (int k = 0; k < count; k++)
+            reservoir_offer(&r, I(k), light_weight(&s->lights[k], o, d, t_end, m), live);
+        choice = r.choice;
+        share = reservoir_share(&r);
     }
-    reservoir r = reservoir_start(u_light);
-    for (int k = 0; k < count; k++) reservoir_offer(&r, I(k), light_weight(&s->lights[k], o, d, t_end, m), live);
-    real share = reservoir_share(&r);
     for (int k = 0; k < count; k++) {
-        mask chosen = live & (r.choice == I(k));
+        mask chosen = live & (choice == I(k));
         if (ANY(chosen))
             scatter_from(s, &s->lights[k], o, d, t_end, m, u_technique, u_position, share, chosen, &out);
     }
