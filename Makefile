@@ -101,7 +101,7 @@ build/meshes/forest.ply: apps/make-forest.c | $(build)/make-forest
 
 demo: $(build)/render-cli build/meshes/bunny.obj
 	@mkdir -p out
-	$(build)/render-cli scenes/three-spots.xml -o out/three-spots.exr -o out/three-spots.png
+	$(build)/render-cli scenes/three-spots.xml --spp 32 -v -o out/three-spots.exr -o out/three-spots.png
 
 # ---- tests: one program per subject, linked with the static library to reach its internals ---------------------------
 

@@ -1,10 +1,9 @@
-/* make-forest TREES.ply GROUND.ply -- grows a small wood of conifers on uneven ground: more than 500 000 triangles,
- * the same ones every time, in two binary PLY files (trees and ground: a scene can give them different colours).
+/* make-forest TREES.ply GROUND.ply -- grows a small wood of conifers on uneven ground: about 900 000
+ * triangles, the same ones every time, in two binary PLY files (trees and ground: a scene can give them different colours).
  *
  * A tree is a branch that grows upwards; a branch is a tapering tube along a wandering line, from which thinner
  * branches grow, and at the last level twigs carry flat sprays of needles. Unit: metres; y is up; the ground is 80 by
- * 80 about the origin and between -1 and 1 high; a strip around the z axis is left free of trunks, for a camera to look
- * along. */
+ * 80 about the origin and between -1 and 1 high; a clearing about (0, 0, 8) is left free for a camera. */
 #include <math.h>
 #include <stdint.h>
 #include <stdio.h>
@@ -270,18 +269,18 @@ static void grow_branch(mesh *m, random_state *random, int depth, vec base, vec 
 
 static void grow_trees(mesh *m)
 {
-    enum { TREES = 72, TRIES = 20000 };
+    enum { TREES = 120, TRIES = 20000 };
     double place[TREES][2];
     random_state random = {20};
     int count = 0;
     for (int i = 0; i < TRIES && count < TREES; i++) {
-        double x = uniform(&random, -24, 24), z = uniform(&random, -38, 12);
-        /* the clearing: narrow far away, where trunks shall stand before the light, wide at the camera's end */
-        if (fabs(x) < 1.2 + 0.045 * (z + 24) || (z > 6 && fabs(x) < 5))
+        double x = uniform(&random, -20, 20), z = uniform(&random, -30, 10);
+        /* the camera's clearing */
+        if (z > 3 && fabs(x) < 1 + 0.8 * (z - 3))
             continue;
         int crowded = 0;
         for (int k = 0; k < count; k++)
-            crowded |= hypot(place[k][0] - x, place[k][1] - z) < 2.6;
+            crowded |= hypot(place[k][0] - x, place[k][1] - z) < 1.9;
         if (crowded)
             continue;
         place[count][0] = x;
