@@ -16,7 +16,8 @@ typedef struct brume_bvh {
 
 /* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. */
 brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
-                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count, brume_bvh *out);
+                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
+                             brume_bvh *out);
 void brume_bvh_free(brume_bvh *bvh);
 
 #endif
