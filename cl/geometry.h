@@ -1,7 +1,8 @@
 /* geometry.h -- from a hit to the surface around it, and where rays leave it.
  *
- * Conventions are Mitsuba 3's: flipped normals turn both normals and leave uv alone; a mesh without uv has a triangle's
- * barycentric weights of v1, v2; a sphere has (longitude / 2 pi, angle from its z axis / pi), a disk (radius, angle / 2 pi).
+ * Conventions are Mitsuba 3's: flipped normals turn both normals and leave uv alone; a mesh without uv has a
+ * triangle's barycentric weights of v1, v2; a sphere has (longitude / 2 pi, angle from its z axis / pi), a disk
+ * (radius, angle / 2 pi).
  */
 #ifndef BRUME_GEOMETRY_H
 #define BRUME_GEOMETRY_H
@@ -13,13 +14,14 @@
 typedef struct {
     vec p;        /* on the surface to the last bit or so, however large the surface and far the ray's origin */
     vec ng;       /* unit; the winding's side, or outwards from a sphere, unless flipped */
-    vec ns;       /* unit, interpolated from vertex normals where there are any, on ng's side of the data, not of the ray */
+    vec ns;       /* unit, interpolated from vertex normals where there are any; not turned towards the ray either */
     vec tangent;  /* unit, perpendicular to ns, along growing u */
     real u, v;    /* texture coordinates */
     ireal shape;
 } surface;
 
-/* a + u (b - a) + v (c - a): exactly in the plane but for one rounding, which a float sum misses by the triangle's extent. */
+/* a + u (b - a) + v (c - a): exactly in the plane but for one rounding, which a float sum misses by the triangle's
+ * extent. */
 FN real exact_mix(real a, real b, real c, real u, real v) {
     pair sum = pair_add(pair_mul(pair_sum(b, -a), pair_of(u)), pair_mul(pair_sum(c, -a), pair_of(v)));
     return pair_value(pair_add(pair_of(a), sum));
@@ -150,7 +152,8 @@ FN void quadric_surface(const scene *s, vec o, vec d, hit h, mask live, surface 
     *tangent = vselect(live, along, *tangent);
 }
 
-/* The surface that the ray o + t d hit. Other lanes than the living ones that hit something get shape 0 and unit normals. */
+/* The surface that the ray o + t d hit. Other lanes than the living ones that hit something get shape 0 and unit
+ * normals. */
 FN surface surface_of(const scene *s, vec o, vec d, hit h, mask live) {
     surface at;
     vec tangent = vmake(R(1), R(0), R(0));

@@ -1,8 +1,9 @@
 /* intersect_quadric.h -- one ray against one sphere or elliptic disk.
  *
- * Sphere: with w from the origin to the centre, b = w.d and c = w.w - r^2 are summed in twice the precision, so that c has the right sign for an origin just off the surface of a huge sphere. The discriminant b^2 - d.d c
- * cancels where the sphere is far compared with its radius; there it is r^2 - |e|^2 with e = w - (w.d) d, the vector from the
- * line to the centre (Haines et al. 2019, Ray Tracing Gems, ch. 7). The roots are q / d.d and c / q, neither of which
+ * Sphere: with w from the origin to the centre, b = w.d and c = w.w - r^2 are summed in twice the precision, so that c
+ * has the right sign for an origin just off the surface of a huge sphere. The discriminant b^2 - d.d c cancels where
+ * the sphere is far compared with its radius; there it is r^2 - |e|^2 with e = w - (w.d) d, the vector from the line
+ * to the centre (Haines et al. 2019, Ray Tracing Gems, ch. 7). The roots are q / d.d and c / q, neither of which
  * subtracts. Squares must be finite: distances below 1e18.
  */
 #ifndef BRUME_INTERSECT_QUADRIC_H

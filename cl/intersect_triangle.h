@@ -1,12 +1,12 @@
 /* intersect_triangle.h -- one ray against blocks of eight triangles, watertight.
  *
  * Woo, Benthin & Wald 2013, "Watertight ray/triangle intersection": vertices move with the ray's origin to 0 and are
- * sheared so that the ray is the z axis; then the signs of three 2D edge functions decide. A vertex gets the same rounded
- * 2D place in every triangle that shares it, so only wrong signs could open a crack. The paper recomputes zeros in double;
- * here each edge function is a compensated difference of products (Kahan; Jeannerod, Louvet & Muller 2013), whose relative
- * error is below 1: its sign is that of the exact value, and zero only for zero. Zero counts as inside, so an edge or a
- * vertex belongs to every triangle around it. Holds while products neither underflow nor overflow: distances from about
- * 1e-15 to 1e18 scene units.
+ * sheared so that the ray is the z axis; then the signs of three 2D edge functions decide. A vertex gets the same
+ * rounded 2D place in every triangle that shares it, so only wrong signs could open a crack. The paper recomputes
+ * zeros in double; here each edge function is a compensated difference of products (Kahan; Jeannerod, Louvet & Muller
+ * 2013), whose relative error is below 1: its sign is that of the exact value, and zero only for zero. Zero counts as
+ * inside, so an edge or a vertex belongs to every triangle around it. Holds while products neither underflow nor
+ * overflow: distances from about 1e-15 to 1e18 scene units.
  */
 #ifndef BRUME_INTERSECT_TRIANGLE_H
 #define BRUME_INTERSECT_TRIANGLE_H
@@ -21,10 +21,10 @@
 #define DISTANCE_ERROR 0x1p-20f
 #endif
 
-/* The paper's distance is a mean of the vertices' z by weights u, v, w. Rounding moves vertices across the ray by 2^-22 of
- * their distance at most, which changes weights by that times the triangle's reach, over det: at a grazing angle a ray that
- * leaves a large triangle would hit it again. Closer to tmin than (four times) that, the volume of the tetrahedron of origin
- * and vertices is computed in twice the precision: t = -volume / (det d.z). */
+/* The paper's distance is a mean of the vertices' z by weights u, v, w. Rounding moves vertices across the ray by
+ * 2^-22 of their distance at most, which changes weights by that times the triangle's reach, over det: at a grazing
+ * angle a ray that leaves a large triangle would hit it again. Closer to tmin than (four times) that, the volume of
+ * the tetrahedron of origin and vertices is computed in twice the precision: t = -volume / (det d.z). */
 FN real1 refine_distance(__global const b_triangle_block *block, const ray *r, int k, real1 det) {
     pair1 a[3], b[3], c[3], volume = one_of(0);
     for (int i = 0; i < 3; i++) {
@@ -41,7 +41,8 @@ FN real1 refine_distance(__global const b_triangle_block *block, const ray *r, i
 }
 
 /* Within the error of the rough distance, because det has an error, too, which for a needle is all of it. */
-FN real1 refined_within(__global const b_triangle_block *block, const ray *r, int k, real1 det, real1 rough, real1 error) {
+FN real1 refined_within(__global const b_triangle_block *block, const ray *r, int k, real1 det, real1 rough,
+                        real1 error) {
     real1 exact = refine_distance(block, r, k, det);
     exact = exact > rough - error ? exact : rough - error;
     return exact < rough + error ? exact : rough + error;

@@ -2,17 +2,17 @@
  *
  * The layout is b_node and b_triangle_block of shared.h; build with -DBVH_STACK=n, brume_bvh's stack_size or more.
  *
- * Watertight as a whole. intersect_triangle.h accepts a hit as if each vertex were moved by its rounding: along axis i by
- * less than 4 2^-24 (t |d_i| + the triangle's extent). The box test must find what that test would accept. The builder pads
- * boxes by 2^-22 of the triangle's extent; the rest scales every plane's distance by 1 +- 4 2^-24, to which each rounded
- * (plane - origin) * inverse adds 2 ulp, or 3.5 with the 2.5 ulp division that OpenCL allows. WIDEN covers both, on the
- * side where it costs one multiplication (Ize 2013). The form plane * inverse - origin * inverse would save a subtraction a
- * plane, but its error grows with the distance of the origin from 0.
+ * Watertight as a whole. intersect_triangle.h accepts a hit as if each vertex were moved by its rounding: along axis i
+ * by less than 4 2^-24 (t |d_i| + the triangle's extent). The box test must find what that test would accept. The
+ * builder pads boxes by 2^-22 of the triangle's extent; the rest scales every plane's distance by 1 +- 4 2^-24, to
+ * which each rounded (plane - origin) * inverse adds 2 ulp, or 3.5 with the 2.5 ulp division that OpenCL allows. WIDEN
+ * covers both, on the side where it costs one multiplication (Ize 2013). The form plane * inverse - origin * inverse
+ * would save a subtraction a plane, but its error grows with the distance of the origin from 0.
  *
- * The same hit whatever the order of the visits, thus at every LANES. A hit's t is at least the distance at which the ray
- * enters its leaf, computed from the box; boxes nest and rounding is monotonic, so no box on the way down begins behind the
- * hit, and culling boxes that begin behind the best hit so far can't lose a nearer one. Of equal distances the lower prim
- * wins.
+ * The same hit whatever the order of the visits, thus at every LANES. A hit's t is at least the distance at which the
+ * ray enters its leaf, computed from the box; boxes nest and rounding is monotonic, so no box on the way down begins
+ * behind the hit, and culling boxes that begin behind the best hit so far can't lose a nearer one. Of equal distances
+ * the lower prim wins.
  */
 #ifndef BRUME_TRAVERSE_H
 #define BRUME_TRAVERSE_H
@@ -27,7 +27,8 @@
 #include "traverse_packet.h"
 #endif
 
-/* A miss has prim -1 and t = tmax. u, v: the weights of a triangle's v1 and v2; a disk's point is center + u du + v dv. */
+/* A miss has prim -1 and t = tmax. u, v: the weights of a triangle's v1 and v2; on a disk the point is
+ * center + u du + v dv. */
 typedef struct {
     real t;
     ireal prim;
@@ -36,7 +37,8 @@ typedef struct {
 
 #if BVH_PACKET
 
-/* The nearest surface with tmin < t < tmax for the living lanes, tmin >= 0. d need not be unit: t counts in its lengths. */
+/* The nearest surface with tmin < t < tmax for the living lanes, tmin >= 0. d need not be unit: t counts in its
+ * lengths. */
 FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
     rays all;
     packet_best best;

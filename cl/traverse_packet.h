@@ -1,8 +1,8 @@
 /* traverse_packet.h -- all lanes through the hierarchy together, for as long as many of them want the same nodes.
  *
- * A node's boxes and a leaf's triangles are tested one by one against all lanes. Where few lanes want a node, each goes on
- * alone from there (traverse.h): most of the gain over packets alone. The arithmetic is that of wide.h turned by 90
- * degrees, operation by operation, so hits are the same to the last bit.
+ * A node's boxes and a leaf's triangles are tested one by one against all lanes. Where few lanes want a node, each
+ * goes on alone from there (traverse.h): most of the gain over packets alone. The arithmetic is that of wide.h turned
+ * by 90 degrees, operation by operation, so hits are the same to the last bit.
  */
 #ifndef BRUME_TRAVERSE_PACKET_H
 #define BRUME_TRAVERSE_PACKET_H
@@ -11,17 +11,17 @@
 
 /* With this many lanes or fewer, each goes alone: through a subtree, through a leaf. */
 #ifndef PACKET_NODE_LANES
-#define PACKET_NODE_LANES (LANES * 3 / 8)
+#define PACKET_NODE_LANES (LANES / 4 + 2)
 #endif
 #ifndef PACKET_LEAF_LANES
 #define PACKET_LEAF_LANES (LANES * 3 / 16)
 #endif
 
-/* Where the lanes enter a box; a lane that doesn't has infinity. */
+/* Nodes and leaves to visit, and where the lanes enter them; a lane that doesn't has infinity. */
 typedef struct {
-    real near;
-    int child;
-} packet_entry;
+    real near[BVH_STACK];
+    int child[BVH_STACK];
+} packet_stack;
 
 typedef struct {
     vec o, inverse;
@@ -98,7 +98,7 @@ FN real packet_enter(__global const b_node *n, int c, const packet *p, real tmax
 }
 
 /* A node's children that some lane enters, onto the stack, the nearest last. */
-FN int packet_push(__global const b_node *node, const packet *p, real tmax, mask active, packet_entry *stack, int top) {
+FN int packet_push(__global const b_node *node, const packet *p, real tmax, mask active, packet_stack *stack, int top) {
     real near[8];
     ulong order[8];
     int count = 0;
@@ -113,8 +113,8 @@ FN int packet_push(__global const b_node *node, const packet *p, real tmax, mask
     }
     for (int i = 0; i < count; i++) {
         int c = ENTRY_CHILD(order[i]);
-        stack[top].near = near[c];
-        stack[top++].child = node->child[c];
+        stack->near[top] = near[c];
+        stack->child[top++] = node->child[c];
     }
     return top;
 }
@@ -207,18 +207,18 @@ FN void packet_closest_in_leaf(const geometry *g, packet *p, real near, uint cod
 }
 
 WALK void packet_closest(const geometry *g, const rays *all, packet_best *best) {
-    packet_entry stack[BVH_STACK];
+    packet_stack stack;
     packet p;
     int top = 1;
     packet_make(&p, all);
-    stack[0].near = all->live.all ? p.tmin : R(INFINITY);
-    stack[0].child = 0;
+    stack.near[0] = all->live.all ? p.tmin : R(INFINITY);
+    stack.child[0] = 0;
     while (top > 0) {
         top--;
-        int child = stack[top].child;
+        int child = stack.child[top];
         lanes_of_real near;
         lanes_of_ireal active;
-        near.all = stack[top].near;
+        near.all = stack.near[top];
         active.all = (near.all <= best->t.all) & (near.all < R(INFINITY));
         int count = count_lanes(active.all);
         if (count == 0) continue;
@@ -233,7 +233,7 @@ WALK void packet_closest(const geometry *g, const rays *all, packet_best *best) 
         } else if (is_leaf) {
             packet_closest_in_leaf(g, &p, near.all, ~(uint)child, active.all, best);
         } else {
-            top = packet_push(&g->nodes[child], &p, best->t.all, active.all, stack, top);
+            top = packet_push(&g->nodes[child], &p, best->t.all, active.all, &stack, top);
         }
     }
 }
@@ -250,21 +250,21 @@ FN mask packet_occluded_in_leaf(const geometry *g, packet *p, uint code, mask ac
 }
 
 WALK mask packet_occluded(const geometry *g, const rays *all) {
-    packet_entry stack[BVH_STACK];
+    packet_stack stack;
     packet p;
     lanes_of_ireal found;
     lanes_of_real far;
     int top = 1;
     packet_make(&p, all);
     real tmax = far.all = as_real(as_ireal(all->tmax.all) - I(1)); /* included, as in walk_occluded */
-    stack[0].near = all->live.all ? p.tmin : R(INFINITY);
-    stack[0].child = 0;
+    stack.near[0] = all->live.all ? p.tmin : R(INFINITY);
+    stack.child[0] = 0;
     found.all = FALSE_MASK;
     while (top > 0) {
         top--;
-        int child = stack[top].child;
+        int child = stack.child[top];
         lanes_of_ireal active;
-        active.all = (stack[top].near < R(INFINITY)) & !(found.all != I(0));
+        active.all = (stack.near[top] < R(INFINITY)) & !(found.all != I(0));
         int count = count_lanes(active.all);
         if (count == 0) continue;
         int is_leaf = child < 0, quadrics = is_leaf && (~child & 8);
@@ -274,7 +274,7 @@ WALK mask packet_occluded(const geometry *g, const rays *all) {
         } else if (is_leaf) {
             found.all = found.all | packet_occluded_in_leaf(g, &p, ~(uint)child, active.all, tmax);
         } else {
-            top = packet_push(&g->nodes[child], &p, tmax, active.all, stack, top);
+            top = packet_push(&g->nodes[child], &p, tmax, active.all, &stack, top);
         }
     }
     return found.all != I(0);

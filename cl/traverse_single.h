@@ -40,8 +40,8 @@ typedef struct {
 /* Below this a direction's component counts as 0 and its inverse stays finite, so that 0 * inverse is never NaN. */
 #define TINY_DIRECTION ((real1)1e-36f)
 
-/* A node or leaf to visit, and where the ray enters its box (rounded down in double): ordered by the latter, which is not
- * negative. */
+/* A node or leaf to visit, and where the ray enters its box (rounded down in double): ordered by the latter, which is
+ * not negative. */
 #ifdef BRUME_DOUBLE
 #define ENTRY_HIGH 0xffffffff00000000ul
 #define ENTRY(t, child) ((as_ulong(t) & ENTRY_HIGH) | (uint)(child))

@@ -44,7 +44,8 @@ typedef struct {
     real1 tmin;
 } ray;
 
-/* Hits among eight triangles: `set` as in wide.h, and per triangle the distance and the weights of v1 and v2 times det. */
+/* Hits among eight triangles: `set` as in wide.h, and per triangle the distance and the weights of v1 and v2 times
+ * det. */
 typedef struct {
     ulong set;
     lanes_of_wide t, v, w, det;

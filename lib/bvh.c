@@ -1,7 +1,8 @@
 /* bvh.c -- the hierarchy's build as a whole: bounds of the primitives, then the binary tree, then the 8-wide one.
  *
- * Memory while building, n primitives: 32 n bytes of items, then up to 2 n binary nodes of 40 + 37 + 4 bytes (in practice
- * 0.7 n: about 90 n bytes in all). What stays: about 256 / 40 n of nodes and 320 / 6.5 n of blocks, 55 n bytes.
+ * Memory while building, n primitives: 32 n bytes of items, then up to 2 n binary nodes of 40 + 37 + 4 bytes (in
+ * practice 0.7 n: about 90 n bytes in all). What stays: about 256 / 40 n of nodes and 320 / 6.5 n of blocks, 55 n
+ * bytes.
  */
 #include "bvh_tree.h"
 
@@ -51,7 +52,8 @@ static void set_quadric(brume_bvh_item *item, const b_quadric *q) {
 }
 
 brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
-                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count, brume_bvh *out) {
+                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
+                             brume_bvh *out) {
     brume_bvh_tree tree = {0};
     brume_result result;
 

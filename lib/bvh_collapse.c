@@ -1,8 +1,8 @@
 /* bvh_collapse.c -- from the binary tree to 8-wide nodes, at the least expected cost.
  *
- * Dynamic programming after Ylitie, Karras & Laine 2017 (section 3.2): forest[n][i - 1] is the least cost of showing the
- * subtree under binary node n as at most i children of some wide node. A leaf costs by its 8-wide blocks. Compared with
- * opening the largest child first this fills 7 of 8 children instead of 4 and needs half as many blocks.
+ * Dynamic programming after Ylitie, Karras & Laine 2017 (section 3.2): forest[n][i - 1] is the least cost of showing
+ * the subtree under binary node n as at most i children of some wide node. A leaf costs by its 8-wide blocks. Compared
+ * with opening the largest child first this fills 7 of 8 children instead of 4 and needs half as many blocks.
  */
 #include "bvh_tree.h"
 
@@ -189,7 +189,7 @@ static void write_nodes(writer *w, const plan *plans, const uint8_t *is_wide, ui
     }
 }
 
-/* Levels, and the most entries a walk's stack can hold: pushing k children and going on with one of them leaves k - 1. */
+/* Levels, and the most entries a walk's stack can hold: pushing k children and going on with one leaves k - 1. */
 static brume_result measure(brume_context *context, brume_bvh *bvh) {
     struct levels { uint32_t depth, stack; } *below = malloc(bvh->node_count * sizeof *below);
     if (!below) return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for %u nodes", bvh->node_count);

@@ -16,7 +16,8 @@ typedef struct test_mesh {
 /* Uniform in [0, 1). */
 double test_uniform(uint64_t *state);
 
-/* Loose triangles with centres in a cube of half size `spread` and corners up to `size` from them; vertices 3 i .. 3 i + 2. */
+/* Loose triangles with centres in a cube of half size `spread` and corners up to `size` from them; vertices 3 i .. 3 i
+ * + 2. */
 test_mesh test_mesh_soup(uint32_t count, double spread, double size, uint64_t seed);
 
 /* A closed surface around 0, radius 1 +- bumps; shared vertices; outward winding. */

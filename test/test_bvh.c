@@ -1,4 +1,4 @@
-/* test_bvh.c -- the hierarchy's structure: nothing lost, nothing doubled, boxes that contain, depth and stack bounds. */
+/* test_bvh.c -- the hierarchy's structure: nothing lost or doubled, boxes that contain, bounds of depth and stack. */
 #include <float.h>
 #include <math.h>
 #include <setjmp.h>
