@@ -17,6 +17,8 @@
 #define BVH_STACK 687
 #endif
 
+/* Calls, because inlining them at every site gained nothing measurable and makes large kernels larger still. Their
+ * stacks live in their own frames: not once per work-item of a group, as PoCL does with arrays of the kernel itself. */
 #ifndef WALK
 #define WALK static __attribute__((noinline))
 #endif
