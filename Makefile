@@ -86,6 +86,11 @@ $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
 deps:
 	@sh lib/deps.sh
 
+# PoCL asks hwloc for cores and memory, and aborts if that knows nothing: in a chroot without /sys it is told.
+ifeq ($(wildcard /sys/devices/system/cpu/*),)
+export HWLOC_SYNTHETIC ?= numa:1(memory=4294967296) pu:$(shell nproc)
+endif
+
 # ---- meshes and the demo ----------------------------------------------------------------------------------------------
 
 # Scenes say ../build/meshes/..., so this folder is the same for every configuration.

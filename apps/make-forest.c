@@ -1,5 +1,5 @@
-/* make-forest TREES.ply GROUND.ply -- grows a small wood of conifers on uneven ground: about 900 000
- * triangles, the same ones every time, in two binary PLY files (trees and ground: a scene can give them different colours).
+/* make-forest TREES.ply GROUND.ply -- grows a small wood of conifers on uneven ground: about 900 000 triangles, the
+ * same ones every time, in two binary PLY files (trees and ground: a scene can give them different colours).
  *
  * A tree is a branch that grows upwards; a branch is a tapering tube along a wandering line, from which thinner
  * branches grow, and at the last level twigs carry flat sprays of needles. Unit: metres; y is up; the ground is 80 by
