@@ -112,8 +112,8 @@ FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, re
             real b1, b2;
             warp_triangle(u, v, &b1, &b2);
             vec ab = vsub(b, a), ad = vsub(d, a);
-            point = vselect(triangle, vmad(ab, b1, vmad(ad, b2, a)), point);
-            normal = vselect(triangle, vnormalize(vcross(ab, ad)), normal);
+            point = vselect(triangle, vexact_mix(a, b, d, b1, b2), point);
+            normal = vselect(triangle, edges_normal(ab, ad), normal);
         }
         mask quadric = near & !triangle;
         if (HAS(QUADRICS) && ANY(quadric)) {
