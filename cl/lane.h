@@ -24,9 +24,14 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 
+/* How functions are declared; both can be given by -D (Oclgrind can't run inlined code: -DFN=static -cl-opt-disable). */
+#ifndef FN
 #define FN static inline __attribute__((always_inline))
+#endif
 /* A real call, for long functions with many sites: the path kernel builds in 30 % less time and runs as fast. */
+#ifndef CALL
 #define CALL static __attribute__((noinline))
+#endif
 
 #define LANE_PASTE2(a, b) a##b
 #define LANE_PASTE(a, b) LANE_PASTE2(a, b)
