@@ -22,10 +22,19 @@ FN void film_add_plain(const film *f, int plane, real x, mask m) {
     store_lanes(m ? old + x : old, p);
 }
 
+/* As the film will hold it: what a double loses on the way goes to the compensation, too. */
+FN real film_precision(real x) {
+#ifdef BRUME_DOUBLE
+    return to_real(LANE_PASTE(convert_, LANE_TYPE(float))(x));
+#else
+    return x;
+#endif
+}
+
 FN void film_add(const film *f, int sum_plane, int rest_plane, real x, mask m) {
     __global float *sum_at = film_plane(f, sum_plane), *rest_at = film_plane(f, rest_plane);
     real sum = load_lanes(sum_at), rest = load_lanes(rest_at);
-    real next = sum + x;
+    real next = film_precision(sum + x);
     real lost = fabs(sum) >= fabs(x) ? (sum - next) + x : (x - next) + sum;
     store_lanes(m ? next : sum, sum_at);
     store_lanes(m ? rest + lost : rest, rest_at);
