@@ -1,7 +1,7 @@
-/* bsdf.h -- scattering at surfaces: the frame it happens in, what a surface is made of there, its value and its samples.
+/* bsdf.h -- scattering at surfaces: the frame, what a surface is made of at a point, its value and its samples.
  *
- * Each kind lives in its own file and is met here only. Directions: see bsdf_types.h. A two-sided surface shows its back
- * where wo.z < 0, as if its normal pointed there.
+ * Each kind lives in its own file and is met here only. Directions: see bsdf_types.h. A two-sided surface shows its
+ * back where wo.z < 0, as if its normal pointed there.
  */
 #ifndef BRUME_BSDF_H
 #define BRUME_BSDF_H
@@ -16,7 +16,7 @@
 /* Roughness below this is taken for it, as in Mitsuba 3: float directions tell no smoother surface from a mirror. */
 #define MIN_ROUGHNESS R(1e-4)
 
-/* ---- the frame ---------------------------------------------------------------------------------------------------- */
+/* ---- the frame --------------------------------------------------------------------------------------------------- */
 
 typedef struct { vec s, t, n; } shading_frame; /* right-handed and orthonormal; s lies along the tangent */
 
@@ -39,7 +39,7 @@ FN shading_frame shading_frame_of(vec n, vec tangent) {
 FN vec to_local(const shading_frame *f, vec d) { return vmake(vdot(f->s, d), vdot(f->t, d), vdot(f->n, d)); }
 FN vec to_world(const shading_frame *f, vec d) { return vmad(f->s, d.x, vmad(f->t, d.y, vscale(f->n, d.z))); }
 
-/* ---- what the surface is made of ---------------------------------------------------------------------------------- */
+/* ---- what the surface is made of --------------------------------------------------------------------------------- */
 
 /* BSDF `id` seen from wo at texture coordinates (u, v); lanes not live get one, too. */
 FN bsdf bsdf_of(const scene *s, ireal id, vec wo, real u, real v, mask live) {
@@ -93,14 +93,14 @@ FN rgb bsdf_albedo(const bsdf *b) {
     return cmake(lclamp(c.r, R(0), R(1)), lclamp(c.g, R(0), R(1)), lclamp(c.b, R(0), R(1)));
 }
 
-/* ---- value and sample --------------------------------------------------------------------------------------------- */
+/* ---- value and sample -------------------------------------------------------------------------------------------- */
 
 FN vec bsdf_side(const bsdf *b, vec w) {
     w.z = b->mirrored ? -w.z : w.z;
     return w;
 }
 
-/* f |cos wi| and the density of bsdf_sample; both 0 for specular and null surfaces, which no chosen pair of directions fits. */
+/* f |cos wi| and the density of bsdf_sample; both 0 for specular and null surfaces. */
 FN bsdf_value bsdf_eval(const bsdf *b, vec wo, vec wi) {
     wo = bsdf_side(b, wo);
     wi = bsdf_side(b, wi);

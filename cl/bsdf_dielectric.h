@@ -1,7 +1,7 @@
 /* bsdf_dielectric.h -- a smooth interface between two transparent media, met from either side.
  *
- * What is carried is radiance: light that leaves a medium of relative index eta spreads, so that a path from the eye that
- * enters one is scaled by 1 / eta^2 (Veach 1997, section 5.2). Which way it goes is drawn by what each lobe carries.
+ * What is carried is radiance: light that leaves a medium of relative index eta spreads, so that a path from the eye
+ * that enters one is scaled by 1 / eta^2 (Veach 1997, section 5.2). The way is drawn by what each lobe carries.
  */
 #ifndef BRUME_BSDF_DIELECTRIC_H
 #define BRUME_BSDF_DIELECTRIC_H

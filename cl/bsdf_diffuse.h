@@ -7,7 +7,8 @@
 
 FN bsdf_value diffuse_eval(const bsdf *b, vec wo, vec wi) {
     bsdf_value v;
-    v.pdf = (wo.z > R(0)) & (wi.z > R(0)) ? wi.z * R(1 / PI) : R(0);
+    mask above = (wo.z > R(0)) & (wi.z > R(0));
+    v.pdf = above ? wi.z * R(1 / PI) : R(0);
     v.f = cscale(b->reflectance, v.pdf);
     return v;
 }

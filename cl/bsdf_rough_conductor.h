@@ -50,6 +50,8 @@ FN bsdf_value rough_conductor_eval(const bsdf *b, vec wo, vec wi) {
 FN bsdf_sampled rough_conductor_sample(const bsdf *b, vec wo, real u_lobe, real u, real v) {
     microfacets d = rough_conductor_facets(b);
     mask sample_all = (b->flags & I(BSDF_SAMPLE_ALL)) != I(0);
+    mask front = wo.z > ROUGH_HORIZON;
+    wo = vselect(front, wo, vmake(R(0), R(0), R(1))); /* from below there is no visible facet to compute with */
     vec m = vmake(R(0), R(0), R(1));
     if (ANY(sample_all)) m = microfacet_sample_all(&d, u, v);
     if (ANY(!sample_all)) m = vselect(sample_all, m, microfacet_sample_visible(&d, wo, u_lobe, u, v));
@@ -57,7 +59,7 @@ FN bsdf_sampled rough_conductor_sample(const bsdf *b, vec wo, real u_lobe, real 
     real cos_om = lmin(vdot(wo, m), R(1));
     bsdf_sampled s;
     s.wi = vmad(m, R(2) * cos_om, vneg(wo));
-    mask lit = (wo.z > ROUGH_HORIZON) & (s.wi.z > ROUGH_HORIZON) & (cos_om > R(0));
+    mask lit = front & (s.wi.z > ROUGH_HORIZON) & (cos_om > R(0));
     real area_o = microfacet_area(&d, wo), area_i = microfacet_area(&d, s.wi);
     real share = s.wi.z / area_i * (sample_all ? cos_om / (area_o * m.z) : R(1)); /* f |cos wi| / (F pdf) */
     rgb f = cmul(b->reflectance, fresnel_conductor_rgb(cos_om, b->eta, b->k));

@@ -1,9 +1,9 @@
 /* microfacet.h -- rough surfaces as heights of mirrors: Beckmann's and the GGX distribution, stretched along x and y.
  *
- * Two functions say everything: D(m), facet area per steradian of normals m, and A(w) = cos w (1 + Lambda(w)), the area
- * that the facets facing w show it, per unit of macroscopic area. Smith's masking is G1(w) = cos w / A(w), the density of
- * visible normals D(m) (w.m) / A(w). Stretching the plane by alpha reduces both to roughness 1 (Heitz 2014, section 5):
- * with r^2 = alpha_u^2 x^2 + alpha_v^2 y^2, w looks at the stretched surface along (r, z).
+ * Two functions say everything: D(m), facet area per steradian of normals m, and A(w) = cos w (1 + Lambda(w)), the
+ * area that the facets facing w show it, per unit of macroscopic area. Smith's masking is G1(w) = cos w / A(w), the
+ * density of visible normals D(m) (w.m) / A(w). Stretching the plane by alpha reduces both to roughness 1 (Heitz 2014,
+ * section 5): with r^2 = alpha_u^2 x^2 + alpha_v^2 y^2, w looks at the stretched surface along (r, z).
  *
  * Beckmann & Spizzichino 1963; Walter et al. 2007 (GGX); Heitz, "Understanding the Masking-Shadowing Function", 2014;
  * Heitz & d'Eon, "Importance Sampling Microfacet-Based BSDFs using the Distribution of Visible Normals", 2014;
@@ -22,11 +22,11 @@ typedef struct {
     mask beckmann;         /* else GGX */
 } microfacets;
 
-/* ---- the Gaussian integral ---------------------------------------------------------------------------------------- */
+/* ---- the Gaussian integral --------------------------------------------------------------------------------------- */
 
 /* erfc(y) for y >= 0, where gauss = exp(-y^2). (1 + 2 y) exp(y^2) erfc(y) is smooth in (y - 3) / (y + 3) (the form of
- * Shepherd & Laframboise 1981); to 7e-8 (float) and 3e-16 (double) of its value up to y = 7, beyond which erfc is 0 next
- * to anything it is added to here. Coefficients: Sollya's fpminimax. */
+ * Shepherd & Laframboise 1981). The polynomials, by Sollya's fpminimax, are off by 6e-8 (float) and 2.4e-16 (double) of
+ * the value up to y = 7, beyond which erfc is 0 next to anything it is added to here. */
 FN real erfc_of(real y, real gauss) {
     y = lmin(y, R(7));
     real z = (y - R(3)) / (y + R(3));
@@ -70,7 +70,7 @@ FN real gaussian_moment(real x, real a, real *gauss) {
     return lmax(R(0.5) * (*gauss * R(1 / SQRT_PI) - a * erfc_of(x, *gauss)), R(0));
 }
 
-/* ---- D and A ------------------------------------------------------------------------------------------------------ */
+/* ---- D and A ----------------------------------------------------------------------------------------------------- */
 
 /* D of a unit normal, m.z > 0, per steradian. */
 FN real microfacet_density(const microfacets *d, vec m) {
@@ -96,7 +96,7 @@ FN real microfacet_area(const microfacets *d, vec w) {
     return area;
 }
 
-/* ---- sampling ----------------------------------------------------------------------------------------------------- */
+/* ---- sampling ---------------------------------------------------------------------------------------------------- */
 
 /* The normal of slopes that are given in units of the roughness. */
 FN vec microfacet_normal(const microfacets *d, real x, real y) {
@@ -125,14 +125,14 @@ FN vec ggx_sample_visible(const microfacets *d, vec w, real u, real v) {
     return vnormalize(vmake(d->alpha_u * fma(sine, c, stretched.x), d->alpha_v * fma(sine, s, stretched.y), height));
 }
 
-/* Visible slopes of Beckmann's distribution: towards w, looking down at a = z / r, they go as (a + x)+ exp(-x^2), across
- * as exp(-y^2). Split by x -> |x| into a part of mass a and a remainder, both free of the difference that makes the
- * cumulative distribution ill-conditioned:
- *   2 a exp(-x^2) for x > 0, given the sign - with probability (a - x)+ / (2 a);
- *   (x - a)+ exp(-x^2), of which a w near normal sees next to nothing.
+/* Visible slopes of Beckmann's distribution: towards w, looking down at a = z / r, they go as (a + x)+ exp(-x^2),
+ * across as exp(-y^2). The cumulative distribution in x, which Heitz & d'Eon invert, is flat where x -> -a and where
+ * x -> infinity, which makes the inversion ill-conditioned. Folding x to |x| splits the density into
+ *   2 a exp(-x^2) for x > 0: a normal variate, given the sign - with probability (a - x)+ / (2 a);
+ *   (x - a)+ exp(-x^2): a remainder, of which a w near normal sees next to nothing.
  * The remainder is inverted by Newton's method: -log of its tail integral is convex, so that steps from above never
- * overshoot. Starting at the lesser of the exact answers for a = 0 and (bounded) for large a, 4 steps leave a relative
- * error below 1e-7 at most, 1e-10 on average. */
+ * overshoot. Starting at the lesser of its solution for a = 0 and a bound for large a, 4 steps leave a relative error
+ * below 1e-7 at most, 1e-10 on average. */
 #define BECKMANN_STEPS 4
 
 FN vec beckmann_sample_visible(const microfacets *d, vec w, real u_lobe, real u, real v) {
