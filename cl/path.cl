@@ -34,6 +34,7 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
     film_add_plain(f, FILM_SQUARE_G, square(x.g), good);
     film_add_plain(f, FILM_SQUARE_B, square(x.b), good);
     film_add_plain(f, FILM_COUNT, R(1), good);
+    if (HAS(GUIDES)) film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
 }
 
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.

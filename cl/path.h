@@ -25,6 +25,7 @@ FN void path_leave(const scene *s, path *p, mask left) {
     mask sees = left & !((p->depth == I(0)) & (I(s->params->hide_emitters) != I(0)));
     if (HAS(ENVIRONMENT) && s->params->environment != ENVIRONMENT_NONE && ANY(sees)) {
         real pdf = environment_pdf(s, p->d) * environment_share(s);
+        p->met = p->met | sees;
         path_add(p, sees, cscale(environment_radiance(s, p->d), met_weight(p, pdf)));
     }
     p->alive = p->alive & !left;
@@ -137,6 +138,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
     mask null = HAS(NULL) ? v.b.kind == I(BSDF_NULL) : FALSE_MASK;
     mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
 
+    p->met = p->met | scatters | (reached & !null);
     if (HAS(GUIDES)) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
 

@@ -23,6 +23,7 @@ typedef struct {
     real pdf;          /* negative where no light sampling competes: the camera, a specular surface */
     real travelled;    /* from the camera, while `first` */
     mask first;        /* nothing but null and specular surfaces so far: the guides' hit is still to come */
+    mask met;          /* anything but null surfaces, for the film's alpha */
     mask alive;
     rng random;
 } path;
@@ -39,7 +40,7 @@ FN path path_none(void) {
     p.throughput = p.radiance = cgrey(R(0));
     p.medium = I(-1);
     p.depth = p.segments = I(0);
-    p.first = p.alive = FALSE_MASK;
+    p.first = p.met = p.alive = FALSE_MASK;
     p.random.key = p.random.index = U32(0);
     p.random.sampler = SAMPLER_SOBOL;
     return p;
@@ -68,6 +69,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.pdf = R(-1);
     p.travelled = R(0);
     p.first = TRUE_MASK;
+    p.met = FALSE_MASK;
     p.alive = live;
     return p;
 }
@@ -88,6 +90,7 @@ FN path path_select(mask m, path a, path b) {
     p.pdf = m ? a.pdf : b.pdf;
     p.travelled = m ? a.travelled : b.travelled;
     p.first = m ? a.first : b.first;
+    p.met = m ? a.met : b.met;
     p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);
     return p;

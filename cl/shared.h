@@ -250,7 +250,8 @@ typedef struct {
 #define FILM_NORMAL_Z 15
 #define FILM_DEPTH 16
 #define FILM_HIT_COUNT 17  /* samples with a first hit, for the mean depth */
-#define FILM_GUIDE_PLANES 18
+#define FILM_ALPHA 18      /* samples that met a surface, a scatterer or an environment */
+#define FILM_GUIDE_PLANES 19
 
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,
  * [2] its sample index. */

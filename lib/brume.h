@@ -280,7 +280,7 @@ typedef struct brume_film_desc {
     float filter_b, filter_c;             /* mitchell: 1/3, 1/3 */
     uint32_t filter_lobes;                /* lanczos: 3 */
     uint32_t half;                        /* EXR radiance in 16 bits; 1 */
-    uint32_t alpha;                       /* write an alpha channel (the share of camera rays that met something); 0 */
+    uint32_t alpha;                       /* write an alpha channel (BRUME_CHANNEL_ALPHA; needs guides); 0 */
 } brume_film_desc;
 
 BRUME_API brume_film_desc brume_film_desc_default(void);
@@ -375,7 +375,8 @@ typedef enum brume_channel {
     BRUME_CHANNEL_ALBEDO = 2,       /* 3 floats: at the first non-specular hit, in [0, 1] */
     BRUME_CHANNEL_NORMAL = 3,       /* 3 floats: there, world space, towards the viewer */
     BRUME_CHANNEL_DEPTH = 4,        /* 1 float: distance to the first visible surface, mean over the samples that hit */
-    BRUME_CHANNEL_SAMPLE_COUNT = 5  /* 1 float */
+    BRUME_CHANNEL_SAMPLE_COUNT = 5, /* 1 float */
+    BRUME_CHANNEL_ALPHA = 6         /* 1 float: share of the samples that met a surface, a scatterer or an environment */
 } brume_channel;
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.

@@ -58,6 +58,7 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
                 break;
             }
             case BRUME_CHANNEL_SAMPLE_COUNT: *out++ = (float)n; break;
+            case BRUME_CHANNEL_ALPHA: *out++ = (float)(scale * PLANE(FILM_ALPHA)); break;
             }
 #undef PLANE
         }

@@ -23,16 +23,18 @@ typedef struct layer {
     brume_channel channel;
     int size;
     const char *names[3];
-    int guide, always;
+    int guide; /* needs brume_render_desc.guides */
+    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS } when;
 } layer;
 
 static const layer layers[] = {
-    {BRUME_CHANNEL_RADIANCE, 3, {"R", "G", "B"}, 0, 1},
-    {BRUME_CHANNEL_ALBEDO, 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, 0},
-    {BRUME_CHANNEL_NORMAL, 3, {"N.X", "N.Y", "N.Z"}, 1, 0},
-    {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, 0},
-    {BRUME_CHANNEL_VARIANCE, 3, {"variance.R", "variance.G", "variance.B"}, 0, 0},
-    {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, 0},
+    {BRUME_CHANNEL_RADIANCE, 3, {"R", "G", "B"}, 0, ALWAYS},
+    {BRUME_CHANNEL_ALPHA, 1, {"A", NULL, NULL}, 1, WITH_ALPHA},
+    {BRUME_CHANNEL_ALBEDO, 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_NORMAL, 3, {"N.X", "N.Y", "N.Z"}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_VARIANCE, 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
+    {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
 
@@ -73,7 +75,9 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
     uint32_t half = desc->half == 2 ? render->film.half : desc->half;
     for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
         const layer *l = &layers[i];
-        if ((!desc->layers && !l->always) || (l->guide && !render->desc.guides)) continue;
+        if (l->when == WITH_LAYERS && !desc->layers) continue;
+        if (l->when == WITH_ALPHA && !render->film.alpha) continue;
+        if (l->guide && !render->desc.guides) continue;
         size_t floats = pixels * (size_t)l->size;
         data[i] = malloc(floats * sizeof(float));
         if (!data[i])
@@ -82,7 +86,7 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
             result = brume_render_read(render, l->channel, data[i], floats);
         for (int c = 0; c < l->size && result == BRUME_OK; c++)
             channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
-                                                    l->channel == BRUME_CHANNEL_RADIANCE && half};
+                                                    l->when != WITH_LAYERS && half};
     }
     if (result == BRUME_OK) {
         brume_exr_attribute attributes[MAX_ATTRIBUTES];

@@ -355,7 +355,8 @@ static int channel_size(brume_channel channel) {
     case BRUME_CHANNEL_ALBEDO:
     case BRUME_CHANNEL_NORMAL: return 3;
     case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_SAMPLE_COUNT: return 1;
+    case BRUME_CHANNEL_SAMPLE_COUNT:
+    case BRUME_CHANNEL_ALPHA: return 1;
     }
     return 0;
 }
@@ -369,7 +370,8 @@ brume_result brume_render_read(brume_render *render, brume_channel channel, floa
     if (count != needed)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: room for %zu floats, expected %zu", count,
                           needed);
-    int guide = channel == BRUME_CHANNEL_ALBEDO || channel == BRUME_CHANNEL_NORMAL || channel == BRUME_CHANNEL_DEPTH;
+    int guide = channel == BRUME_CHANNEL_ALBEDO || channel == BRUME_CHANNEL_NORMAL ||
+                channel == BRUME_CHANNEL_DEPTH || channel == BRUME_CHANNEL_ALPHA;
     if (guide && !render->desc.guides)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record guides");
     size_t planes = render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES;
