@@ -4,6 +4,7 @@
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
+# make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
@@ -45,7 +46,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard te
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl crosscheck clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
 
@@ -130,6 +131,9 @@ test: all meshes $(tests)
 
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))
+
+check-oclgrind: $(build)/render-cli meshes
+	@sh test/check_oclgrind.sh $(build) $(sort $(wildcard scenes/*.xml))
 
 # quick=1: the part for CI
 crosscheck: $(build)/render-cli

@@ -11,6 +11,7 @@ libc6-dev               C library headers
 make                    the build
 clang                   checks every kernel offline as OpenCL C 1.2; second C compiler
 ocl-icd-opencl-dev      libOpenCL, which finds the OpenCL drivers
+oclgrind                memory errors and races in kernels
 opencl-headers          CL/cl.h
 pocl-opencl-icd         OpenCL on the CPU, where there is no GPU
 libopenexr-dev          EXR pictures (OpenEXRCore)
