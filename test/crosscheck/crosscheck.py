@@ -155,7 +155,7 @@ def reference_images(mitsuba, numpy, case, seeds, folder):
 
 def our_images(mitsuba, numpy, case, seeds, folder, renderer):
     images = []
-    path = os.path.join(folder, "ours.exr")
+    path = os.path.join(folder, "ours-%d.exr" % os.getpid())
     for seed in range(seeds):
         command = [renderer, case.scene, "-o", path, "-q", "--spp", str(case.our_spp), "--seed", str(1000 + seed)]
         for item in case.parameters.items():
@@ -166,6 +166,7 @@ def our_images(mitsuba, numpy, case, seeds, folder, renderer):
         bitmap = mitsuba.Bitmap(path)
         names = [field.name for field in bitmap.struct_()]
         images.append(numpy.array(bitmap, dtype=numpy.float32)[:, :, [names.index(name) for name in "RGB"]])
+        os.remove(path)
     return numpy.array(images)
 
 
