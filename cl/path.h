@@ -136,6 +136,8 @@ FN void path_step(const scene *s, const film *f, path *p) {
     v.shape = at.shape;
     v.g = m.g;
     mask null = HAS(NULL) ? v.b.kind == I(BSDF_NULL) : FALSE_MASK;
+    if (HAS(AREA_LIGHTS) && s->params->hide_emitters) /* camera rays go through them, as in Mitsuba 3 */
+        null = null | ((p->depth == I(0)) & (GATHER_INT(s->shapes, emits, at.shape) != I(0)));
     mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
 
     p->met = p->met | scatters | (reached & !null);

@@ -292,7 +292,7 @@ typedef struct brume_integrator_desc {
     uint32_t cookie;
     int32_t max_depth;       /* path edges: 1 sees lights only, 2 adds one scattering event; -1 for no limit */
     int32_t rr_depth;        /* Russian roulette from this depth on; 5 */
-    uint32_t hide_emitters;  /* camera rays don't see lights; 0 */
+    uint32_t hide_emitters;  /* camera rays go through emitting surfaces and see no environment; 0 */
     uint32_t ignore_media;   /* surfaces only; 0 */
     brume_sampler sampler;   /* SOBOL */
     uint32_t sample_count;   /* per pixel; 16 */
