@@ -59,7 +59,9 @@ double twin_fresnel_dielectric(double cosine, double ior) {
     return fresnel(fabsl(cosine), cosine < 0 ? 1.0L / ior : ior);
 }
 
-double twin_fresnel_conductor(double cosine, double eta, double k) { return fresnel(cosine, eta + I * (long double)k); }
+double twin_fresnel_conductor(double cosine, double eta, double k) {
+    return eta == 0 ? 1 : fresnel(cosine, eta + I * (long double)k); /* an imaginary index reflects everything */
+}
 
 double twin_density(const b_bsdf *b, direction m) {
     double au = b->alpha_u, av = b->alpha_v, x = m.x / m.z / au, y = m.y / m.z / av, t = x * x + y * y;
@@ -124,6 +126,14 @@ static const char sample_text[] = KERNEL_HEAD
     "    store3(out + 6 * n, n, v.pdf, v.eta, v.is_delta ? R(1) : R(0));\n"
     "}\n";
 
+static const char facets_text[] = KERNEL_HEAD
+    "    vec u = load3(in, n);\n"
+    "    microfacets d = rough_conductor_facets(&b);\n"
+    "    vec all = microfacet_sample_all(&d, u.y, u.z), seen = microfacet_sample_visible(&d, o, u.x, u.y, u.z);\n"
+    "    vec m = vselect((b.flags & I(BSDF_SAMPLE_ALL)) != I(0), all, seen);\n"
+    "    store3(out, n, m.x, m.y, m.z);\n"
+    "}\n";
+
 static double *run(const device_case *c, const char *text, const double *in, size_t planes) {
     double *out = malloc(planes * c->count * sizeof *out);
     assert_non_null(out);
@@ -140,3 +150,4 @@ static double *run(const device_case *c, const char *text, const double *in, siz
 
 double *device_eval(const device_case *c, const double *wi) { return run(c, eval_text, wi, EVAL_PLANES); }
 double *device_sample(const device_case *c, const double *u) { return run(c, sample_text, u, SAMPLE_PLANES); }
+double *device_facets(const device_case *c, const double *u) { return run(c, facets_text, u, 3); }

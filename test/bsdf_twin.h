@@ -40,6 +40,8 @@ typedef struct device_case {
 double *device_eval(const device_case *c, const double *wi);
 /* Planes wi.x, y, z, weight.r, g, b, pdf, eta, delta. u: planes of u_lobe, u, v. */
 double *device_sample(const device_case *c, const double *u);
+/* Planes m.x, y, z of the facets that those samples of rough conductors are mirrored in. */
+double *device_facets(const device_case *c, const double *u);
 enum { EVAL_PLANES = 4, SAMPLE_PLANES = 9 };
 enum { WI_X, WI_Y, WI_Z, WEIGHT_R, WEIGHT_G, WEIGHT_B, PDF, ETA, DELTA };
 
