@@ -13,7 +13,8 @@
 /* Light offered to a point by a sampled emitter. */
 typedef struct {
     vec wi;        /* towards it, unit */
-    real distance; /* as far as a shadow ray should look: the offset origin to just before the emitter */
+    real distance; /* to it; FAR_AWAY for the environment */
+    vec target;    /* on an emitting surface, moved off it to this side: where a shadow ray should end */
     rgb radiance;  /* emitted towards the point */
     real pdf;      /* per steradian, of this direction over all emitters */
 } emitted_light;
@@ -77,12 +78,13 @@ FN emitted_light emitter_nothing(void) {
     emitted_light e;
     e.wi = vmake(R(0), R(0), R(1));
     e.distance = R(0);
+    e.target = e.wi;
     e.radiance = cgrey(R(0));
     e.pdf = R(1);
     return e;
 }
 
-/* From p (already offset from its own surface). u_choice, u, v in [0, 1). */
+/* From p. u_choice, u, v in [0, 1). */
 FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, real v, mask live) {
     emitted_light e = emitter_nothing();
     real share = environment_share(s);
@@ -137,12 +139,14 @@ FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, re
         }
         mask flipped = (GATHER_INT(s->shapes, flags, shape) & I(SHAPE_FLIP_NORMALS)) != I(0);
         vec facing = vselect(flipped, vneg(normal), normal);
-        vec to = vsub(offset_origin(point, normal, vsub(p, point)), p);
+        vec target = offset_origin(point, normal, vsub(p, point));
+        vec to = vsub(target, p);
         real d = sqrt(lmax(vdot(to, to), R(1e-36)));
         vec wi = vscale(to, R(1) / d);
         mask lit = near & (vdot(facing, wi) < R(0));
         e.wi = vselect(near, wi, e.wi);
         e.distance = near ? d : e.distance;
+        e.target = vselect(near, target, e.target);
         e.radiance = cselect(near, cselect(lit, CGATHER(s->shapes, radiance, shape), cgrey(R(0))), e.radiance);
         e.pdf = near ? emitter_pdf(s, p, prim, shape, point, normal, near) : e.pdf;
     }

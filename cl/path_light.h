@@ -56,9 +56,7 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     rgb value = cscale(cmul(f.f, chosen.irradiance), R(1) / lmax(reservoir_share(&r), R(1e-30)));
     live = live & !is_black(value);
     if (!ANY(live)) return;
-    /* Just short of the lamp, which may sit on a surface. */
-    real distance = chosen.distance * R(0.999999);
-    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, distance, p->medium, live);
+    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, chosen.distance * SHORT_OF_LIGHT, p->medium, live);
     path_add(p, live, cmul(value, seen));
 }
 
@@ -86,7 +84,13 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
     live = live & !is_black(f);
     if (!ANY(live)) return;
     rgb value = cscale(cmul(f, e.radiance), power_heuristic(e.pdf, pdf) / e.pdf);
-    rgb seen = visibility(s, vertex_origin(v, e.wi), e.wi, e.distance, p->medium, live);
+    /* Aimed anew from where the ray starts: its offset, which grows with the distance from the world's origin, can carry
+     * the old direction's end through an emitter close to that origin, whose own offset is smaller. */
+    vec origin = vertex_origin(v, e.wi), to = vsub(e.target, origin);
+    real length = lmax(vlength(to), R(1e-18));
+    mask far = e.distance >= FAR_AWAY;
+    vec d = vselect(far, e.wi, vscale(to, R(1) / length));
+    rgb seen = visibility(s, origin, d, far ? FAR_AWAY : length * SHORT_OF_LIGHT, p->medium, live);
     path_add(p, live, cmul(value, seen));
 }
 

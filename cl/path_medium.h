@@ -27,7 +27,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         in_scatter g = scatter_along(s, p->o, p->d, *t, m, unit(u.x), unit(u.y), unit(u.z), gathers);
         mask some = gathers & g.some;
         if (ANY(some)) {
-            rgb seen = visibility(s, vmad(p->d, g.t, p->o), g.wi, g.distance, p->medium, some);
+            rgb seen = visibility(s, vmad(p->d, g.t, p->o), g.wi, g.distance * SHORT_OF_LIGHT, p->medium, some);
             path_add(p, some, cmul(g.value, seen));
         }
     }

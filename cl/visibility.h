@@ -8,6 +8,9 @@
 /* Null boundaries crossed by one shadow ray; light behind more of them is not seen. */
 #define MAX_BOUNDARIES 256
 
+/* The share of the way to a light that a shadow ray looks along: the light may sit on a surface, and be one. */
+#define SHORT_OF_LIGHT R(0.999999)
+
 /* The medium on the other side of a surface that a path or shadow ray along d crosses. */
 FN ireal medium_beyond(const scene *s, ireal shape, vec ng, vec d, ireal current) {
     mask boundary = (GATHER_INT(s->shapes, flags, shape) & I(SHAPE_BOUNDARY)) != I(0);
