@@ -150,10 +150,12 @@ FN real beam_versine(const beam *g, real t) {
 /* What the medium and the light do at t', without transmittance: falloff, phase. */
 FN real beam_response(const beam *g, __global const b_light *light, real t, real distance, real phase_g) {
     /* Directions of travel: along d, then from the point to the eye is -d; light arrives along (D n + t' d) / distance,
-     * so 1 - cos of the scattering angle is 1 + t'/distance = 1 + sin theta. */
+     * so 1 - cos of the scattering angle is 1 + t'/distance = 1 + sin theta. For g < 0 seen from behind, where 2 - v would
+     * lose the digits near the peak. */
     real s = t / distance;
+    s = phase_g < R(0) ? -s : s;
     real v = s > R(0) ? R(1) + s : square(g->D / distance) / (R(1) - s);
-    real f = phase_hg_versine(v, phase_g);
+    real f = hg_density(v, fabs(phase_g));
     if (light->kind == LIGHT_SPOT) f = f * spot_falloff(light, beam_versine(g, t));
     return f;
 }

@@ -37,8 +37,7 @@ FN real light_weight(__global const b_light *light, vec o, vec d, real t_end, co
     real sigma = grey_extinction(m);
     real strength = R(0.2126f * light->intensity[0] + 0.7152f * light->intensity[1] + 0.0722f * light->intensity[2]);
     if (light->kind == LIGHT_DIRECTIONAL) {
-        real v = R(1) + vdot(vuniform(light->axis), d);
-        return strength * phase_hg_versine(v, m->g) * transmittance_integral(sigma, t_end);
+        return strength * phase_hg(vuniform(light->axis), vneg(d), m->g) * transmittance_integral(sigma, t_end);
     }
     beam g = beam_of(light, o, d, t_end);
     real w = R(0);
@@ -65,7 +64,7 @@ FN void scatter_from(const scene *s, __global const b_light *light, vec o, vec d
         some = chosen & (density > R(0));
         distance = FAR_AWAY;
         wi = vneg(vuniform(light->axis));
-        f = phase_hg_versine(R(1) + vdot(vuniform(light->axis), d), m->g) / density;
+        f = phase_hg(vuniform(light->axis), vneg(d), m->g) / density;
     } else {
         beam g = beam_of(light, o, d, t_end);
         some = chosen & (g.a.width + g.b.width > R(0));
