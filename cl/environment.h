@@ -12,7 +12,6 @@
 #include "math.h"
 #include "warp.h"
 
-
 FN vec environment_rotate(__global const float *m, vec v) {
     return vmake(vdot(vuniform(m), v), vdot(vuniform(m + 3), v), vdot(vuniform(m + 6), v));
 }

@@ -78,7 +78,7 @@ typedef LANE_TYPE(uint) ureal32;
 #define to_ureal(x) LANE_PASTE(convert_, LANE_TYPE(LANE_UINT))(x)
 #define to_ureal32(x) LANE_PASTE(convert_, LANE_TYPE(uint))(x)
 
-/* One lane of a value: lane_of_real v; v.all = x; v.one[k]. After unrolling each k is one extract or insert. */
+/* One lane of a value: lanes_of_real v; v.all = x; v.one[k]. After unrolling each k is one extract or insert. */
 typedef union { real all; real1 one[LANES]; } lanes_of_real;
 typedef union { ireal all; int1 one[LANES]; } lanes_of_ireal;
 #define EACH_LANE(k) _Pragma("unroll") for (int k = 0; k < LANES; k++)

@@ -1,8 +1,8 @@
 /* shared.h -- the arrays that the host uploads, as both sides see them. The only file that host and device include.
  *
  * Structs hold 4-byte scalars and arrays of them only (no vector types, pointers, bool, enum or size_t), and their sizes
- * are multiples of 16, so that every compiler lays them out alike; the host pins the sizes at compile time (lib/upload.c)
- * and a probe kernel checks them on every device (test). The side is declared (-DBRUME_DEVICE), not sniffed.
+ * are multiples of 16, so that every compiler lays them out alike; SIZE_IS makes each of them prove it. The side is
+ * declared (-DBRUME_DEVICE), not sniffed.
  *
  * Ids are indices into these arrays, -1 for none. Distances are scene units, radiometric quantities are linear RGB
  * (Rec. 709 primaries), angles are radians.
@@ -16,6 +16,9 @@ typedef uint b_uint;
 #include <stdint.h>
 typedef uint32_t b_uint;
 #endif
+
+/* Fails to compile where the size is another. */
+#define SIZE_IS(type, bytes) typedef char type##_size[sizeof(type) == (bytes) ? 1 : -1]
 
 /* What the scene calls for: code that a scene doesn't need is not compiled (-DFEATURES=...). */
 #define FEATURE_MEDIA 1        /* any participating medium */
@@ -40,24 +43,28 @@ typedef struct {
     int child[8];
     int pad[8];
 } b_node;
+SIZE_IS(b_node, 256);
 
 /* Eight triangles as rows of floats. Padding lanes have prim = -1 and NaN vertices, which no test accepts. */
 typedef struct {
     float v0[3][8], v1[3][8], v2[3][8];
     int prim[8]; /* index into b_triangle[] */
 } b_triangle_block;
+SIZE_IS(b_triangle_block, 320);
 
 /* Shading data of a triangle: global vertex numbers and its shape. */
 typedef struct {
     int v[3];
     int shape;
 } b_triangle;
+SIZE_IS(b_triangle, 16);
 
 #define QUADRIC_SPHERE 0
 #define QUADRIC_DISK 1
 
-/* Sphere: centre, radius; flipped normals are the shape's flag. Disk: centre, the two half axes du, dv, unit normal n. Spheres use du, dv, n as the unit
- * object axes x, y, z (for texture coordinates). A prim id >= the triangle count is quadric (prim - triangle_count). */
+/* Sphere: centre, radius; flipped normals are the shape's flag. Disk: centre, the two half axes du, dv, unit normal n.
+ * Spheres use du, dv, n as the unit object axes x, y, z (for texture coordinates). A prim id >= the triangle count is
+ * quadric (prim - triangle_count). */
 typedef struct {
     float center[3];
     float radius;
@@ -68,6 +75,7 @@ typedef struct {
     float n[3];
     int pad;
 } b_quadric;
+SIZE_IS(b_quadric, 64);
 
 #define SHAPE_FLIP_NORMALS 1 /* the normal points the other way */
 #define SHAPE_BOUNDARY 2     /* crossing it changes the medium: interior behind the normal, exterior before it */
@@ -82,6 +90,7 @@ typedef struct {
     int uv_base;            /* the same for uvs[]; INT_MIN: none */
     int pad[2];
 } b_shape;
+SIZE_IS(b_shape, 48);
 #define NO_BASE (-2147483647 - 1)
 
 /* ---- surfaces ------------------------------------------------------------------------------------------------- */
@@ -109,6 +118,7 @@ typedef struct {
     float k[3];
     int pad;
 } b_bsdf;
+SIZE_IS(b_bsdf, 80);
 
 #define TEXTURE_BITMAP 0
 #define TEXTURE_CHECKERBOARD 1
@@ -126,6 +136,7 @@ typedef struct {
     float to_uv[6];
     float color0[3], color1[3];
 } b_texture;
+SIZE_IS(b_texture, 80);
 
 /* ---- media ---------------------------------------------------------------------------------------------------- */
 
@@ -137,6 +148,7 @@ typedef struct {
     float emission[3]; /* radiance per unit length */
     int pad1;
 } b_medium;
+SIZE_IS(b_medium, 48);
 
 /* ---- lights --------------------------------------------------------------------------------------------------- */
 
@@ -160,6 +172,7 @@ typedef struct {
     float frame_y[3];
     float pad;
 } b_light;
+SIZE_IS(b_light, 96);
 
 #define EMITTER_TRIANGLE 0
 #define EMITTER_SPHERE 1
@@ -172,6 +185,7 @@ typedef struct {
     int shape;
     float area;
 } b_emitter;
+SIZE_IS(b_emitter, 16);
 
 #define ENVIRONMENT_NONE 0
 #define ENVIRONMENT_CONSTANT 1
@@ -197,7 +211,7 @@ typedef struct {
     int crop_x, crop_y, crop_width, crop_height;
     float filter_radius;         /* pixels; 0.5 with a box */
     int filter_size;             /* entries of filter[] - 1, 0: box */
-    float filter_weight;         /* integral of |f| / integral of f: what a sample of sign s counts, times s */
+    float filter_weight;         /* (integral of |f| / integral of f)^2, for both axes: what a sample of sign 1 counts */
 
     /* integrator */
     int max_depth;               /* path edges; 2^30 for no limit */
@@ -226,6 +240,7 @@ typedef struct {
     int emitter_cdf;             /* first of emitter_count + 1 entries in cdf[] */
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
 } b_params;
+SIZE_IS(b_params, 288);
 
 /* ---- film ------------------------------------------------------------------------------------------------------- */
 
