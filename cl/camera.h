@@ -9,6 +9,7 @@
 typedef struct {
     vec o, d;   /* o on the near plane, d unit */
     real t_max; /* to the far plane */
+    real skipped; /* from the lens to o */
 } camera_ray;
 
 /* x, y: film position in pixels from the top left of the full picture; u, v: on the lens. */
@@ -28,6 +29,7 @@ FN camera_ray camera_ray_at(__global const b_params *p, real x, real y, real u, 
     camera_ray r;
     r.o = vmad(through, R(p->near_clip), o);
     r.d = vscale(through, R(1) / length);
+    r.skipped = R(p->near_clip) * length;
     r.t_max = R(p->far_clip - p->near_clip) * length;
     return r;
 }

@@ -17,8 +17,9 @@
 /* A path that has crossed so many surfaces ends; with roulette only stacked null boundaries get there. */
 #define MAX_SEGMENTS 4096
 
-/* Survival in roulette is at most this, so that closed scenes of albedo 1 end too. */
-#define MAX_SURVIVAL R(0.95)
+/* Survival in roulette is at most this, so that closed scenes of albedo 1 end too. Not less: each event multiplies the
+ * weight by its inverse, and at 0.95 the variance of a thick white medium, with its hundreds of events, has no bound. */
+#define MAX_SURVIVAL R(0.995)
 
 /* Light from beyond the scene, for lanes that left it. */
 FN void path_leave(const scene *s, path *p, mask left) {
@@ -93,7 +94,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     p->alive = p->alive & (turns | through);
     p->throughput = cselect(v->at_surface, cmul(p->throughput, weight), p->throughput);
     p->t_max = through ? p->t_max - t : FAR_AWAY;
-    p->travelled = through ? p->travelled + t : p->travelled;
+    p->travelled = p->travelled + t;
     p->o = vselect(on_surface, offset_origin(v->p, v->ng, d), v->p);
     p->d = d;
     p->from = vselect(turns, v->p, p->from);

@@ -7,9 +7,6 @@
 #include "random.h"
 #include "scene.h"
 
-/* A path that has crossed so many surfaces ends; with roulette only endless total reflection or stacked boundaries do. */
-#define MAX_SEGMENTS 4096
-
 typedef struct {
     vec o, d;
     real t_max;        /* the segment ends here at the latest */
@@ -67,7 +64,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.eta = R(1);
     p.from = ray.o;
     p.pdf = R(-1);
-    p.travelled = R(0);
+    p.travelled = ray.skipped;
     p.first = TRUE_MASK;
     p.met = FALSE_MASK;
     p.alive = live;
