@@ -2,6 +2,7 @@
 //
 // The parser takes what it can't read for 0 and skips faces with unknown vertices. A pass over the text before it
 // demands numbers where numbers belong, so that such a file is an error with its line and not a wrong picture.
+#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
@@ -109,8 +110,27 @@ template <class T> T *copy(const std::vector<T> &from) {
     return to;
 }
 
+// Whether the triangles between a polygon's first corner and its sides all face the way the polygon does.
+bool fan_fills(const std::vector<uint32_t> &polygon, const std::vector<float> &positions) {
+    std::vector<std::array<double, 3>> normals;
+    std::array<double, 3> sum = {0, 0, 0};
+    const float *a = &positions[3 * static_cast<size_t>(polygon[0])];
+    for (size_t k = 2; k < polygon.size(); k++) {
+        const float *b = &positions[3 * static_cast<size_t>(polygon[k - 1])];
+        const float *c = &positions[3 * static_cast<size_t>(polygon[k])];
+        double e[3], f[3];
+        for (int i = 0; i < 3; i++) e[i] = double(b[i]) - a[i], f[i] = double(c[i]) - a[i];
+        normals.push_back({e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]});
+        for (int i = 0; i < 3; i++) sum[i] += normals.back()[i];
+    }
+    for (const auto &n : normals)
+        if (n[0] * sum[0] + n[1] * sum[1] + n[2] * sum[2] < 0) return false;
+    return true;
+}
+
+// *concave: a polygon is not filled by a fan, and nothing was converted.
 bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t> &shapes, refusal *why,
-             brume_mesh *out) {
+             brume_mesh *out, bool *concave) {
     const int vertices = static_cast<int>(attrib.vertices.size() / 3),
               normals = static_cast<int>(attrib.normals.size() / 3),
               uvs = static_cast<int>(attrib.texcoords.size() / 2);
@@ -118,25 +138,43 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
     std::vector<float> positions, out_normals, out_uvs;
     std::vector<uint32_t> triangles;
     bool any_normal = false, any_uv = false;
+    std::vector<uint32_t> polygon;
     for (const tinyobj::shape_t &shape : shapes) {
-        for (const tinyobj::index_t &index : shape.mesh.indices) {
-            corner c = {index.vertex_index, index.normal_index, index.texcoord_index};
-            if (c.v < 0 || c.v >= vertices || c.n >= normals || c.t >= uvs) {
-                why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
-                return false;
+        size_t at = 0, all = 0;
+        for (size_t corners : shape.mesh.num_face_vertices) all += corners;
+        if (all != shape.mesh.indices.size()) {  // the parser counts in a byte
+            why->what = "a face has more than 255 corners";
+            return false;
+        }
+        for (size_t corners : shape.mesh.num_face_vertices) {
+            polygon.clear();
+            for (size_t k = 0; k < corners; k++) {
+                const tinyobj::index_t &index = shape.mesh.indices[at++];
+                corner c = {index.vertex_index, index.normal_index, index.texcoord_index};
+                if (c.v < 0 || c.v >= vertices || c.n >= normals || c.t >= uvs) {
+                    why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
+                    return false;
+                }
+                auto found = seen.emplace(c, static_cast<uint32_t>(seen.size()));
+                polygon.push_back(found.first->second);
+                if (!found.second) continue;
+                any_normal |= c.n >= 0;
+                any_uv |= c.t >= 0;
+                for (int i = 0; i < 3; i++) {
+                    positions.push_back(attrib.vertices[3 * static_cast<size_t>(c.v) + i]);
+                    // Zero: the scene's arrays put the faces' mean there.
+                    out_normals.push_back(c.n >= 0 ? attrib.normals[3 * static_cast<size_t>(c.n) + i] : 0);
+                }
+                for (int i = 0; i < 2; i++)
+                    out_uvs.push_back(c.t >= 0 ? attrib.texcoords[2 * static_cast<size_t>(c.t) + i] : 0);
             }
-            auto found = seen.emplace(c, static_cast<uint32_t>(seen.size()));
-            triangles.push_back(found.first->second);
-            if (!found.second) continue;
-            any_normal |= c.n >= 0;
-            any_uv |= c.t >= 0;
-            for (int i = 0; i < 3; i++) {
-                positions.push_back(attrib.vertices[3 * static_cast<size_t>(c.v) + i]);
-                // Zero: the scene's arrays put the faces' mean there.
-                out_normals.push_back(c.n >= 0 ? attrib.normals[3 * static_cast<size_t>(c.n) + i] : 0);
+            if (corners > 3 && !fan_fills(polygon, positions)) {
+                *concave = true;
+                return true;
             }
-            for (int i = 0; i < 2; i++)
-                out_uvs.push_back(c.t >= 0 ? attrib.texcoords[2 * static_cast<size_t>(c.t) + i] : 0);
+            // A fan about the first corner, as in Mitsuba 3: another diagonal bends texture coordinates another way.
+            for (size_t k = 2; k < corners; k++)
+                triangles.insert(triangles.end(), {polygon[0], polygon[k - 1], polygon[k]});
         }
     }
     if (triangles.size() > INT32_MAX) {
@@ -151,6 +189,27 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
     if (any_normal) out->normals = copy(out_normals);
     if (any_uv) out->uvs = copy(out_uvs);
     return true;
+}
+
+bool parse(std::istringstream &stream, bool triangulate, refusal *why, brume_mesh *out, bool *concave) {
+    tinyobj::attrib_t attrib;
+    std::vector<tinyobj::shape_t> shapes;
+    std::vector<tinyobj::material_t> materials;
+    std::string warning, error;
+    stream.clear();
+    stream.seekg(0);
+    bool ok = tinyobj::LoadObj(&attrib, &shapes, &materials, &warning, &error, &stream, nullptr, triangulate, false);
+    if (!ok || !error.empty()) {
+        why->line = line_of(error);
+        why->what = error.substr(0, error.find('\n'));
+        if (why->what.empty()) why->what = "not a readable OBJ";
+        return false;
+    }
+    if (warning.find("out of bounds") != std::string::npos) {
+        why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
+        return false;
+    }
+    return convert(attrib, shapes, why, out, concave);
 }
 
 bool read(const char *path, refusal *why, brume_mesh *out) {
@@ -180,22 +239,10 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
 
     std::istringstream stream(kept);
     kept = std::string();
-    tinyobj::attrib_t attrib;
-    std::vector<tinyobj::shape_t> shapes;
-    std::vector<tinyobj::material_t> materials;
-    std::string warning, error;
-    bool ok = tinyobj::LoadObj(&attrib, &shapes, &materials, &warning, &error, &stream, nullptr, true, false);
-    if (!ok || !error.empty()) {
-        why->line = line_of(error);
-        why->what = error.substr(0, error.find('\n'));
-        if (why->what.empty()) why->what = "not a readable OBJ";
-        return false;
-    }
-    if (warning.find("out of bounds") != std::string::npos) {
-        why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
-        return false;
-    }
-    return convert(attrib, shapes, why, out);
+    bool concave = false;
+    if (!parse(stream, false, why, out, &concave)) return false;
+    // Ears are the library's business; it picks its own diagonals then.
+    return !concave || parse(stream, true, why, out, &concave);
 }
 
 }  // namespace
