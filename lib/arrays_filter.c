@@ -132,7 +132,7 @@ static brume_result tabulate(const brume_scene *scene, double radius, brume_arra
     if (!(mean_sign > 0.05))
         return brume_fail(scene->context, BRUME_ERROR_SCENE, "the reconstruction filter cancels itself");
     arrays->params.filter_size = TABLE_SIZE;
-    arrays->params.filter_weight = (float)(1 / mean_sign);
+    arrays->params.filter_weight = (float)(1 / (mean_sign * mean_sign)); /* along x and along y */
     return BRUME_OK;
 }
 

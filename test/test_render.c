@@ -411,6 +411,31 @@ static void destroyed_in_any_order(void **state) {
     brume_render_destroy(render);
 }
 
+/* A sky of 1 stays 1 through every reconstruction filter, those with negative lobes included: 4 standard errors of the
+ * mean of 64 signed samples in each of 693 pixels, were they independent; a weight of one axis only is off by 6 to 26 %. */
+static void filters_keep_the_brightness(void **state) {
+    fixture *f = *state;
+    static float radiance[PIXELS * 3];
+    for (int filter = BRUME_RFILTER_BOX; filter <= BRUME_RFILTER_LANCZOS; filter++) {
+        brume_scene *scene;
+        OK(brume_scene_create(f->context, &scene));
+        brume_sensor_desc sensor = brume_sensor_desc_default();
+        OK(brume_scene_set_sensor(scene, &sensor));
+        brume_light_desc sky = brume_light_desc_default(BRUME_LIGHT_CONSTANT);
+        OK(brume_scene_add_light(scene, &sky, NULL));
+        brume_film_desc film = brume_film_desc_default();
+        film.width = WIDTH;
+        film.height = HEIGHT;
+        film.rfilter = (brume_rfilter)filter;
+        OK(brume_scene_set_film(scene, &film));
+        brume_render_desc desc = brume_render_desc_default();
+        desc.sample_count = 64;
+        render_with(f, scene, &desc, radiance);
+        assert_true(fabs(mean_of(radiance, PIXELS * 3) - 1) < 4 * 0.9 / sqrt(64.0 * PIXELS));
+        brume_scene_destroy(scene);
+    }
+}
+
 static void guides_show_the_first_surface(void **state) {
     fixture *f = *state;
     static float normal[PIXELS * 3], albedo[PIXELS * 3], depth[PIXELS];
@@ -446,6 +471,7 @@ int main(void) {
         cmocka_unit_test(an_empty_scene_is_black),
         cmocka_unit_test(misuse_is_an_error_not_a_crash),
         cmocka_unit_test(destroyed_in_any_order),
+        cmocka_unit_test(filters_keep_the_brightness),
         cmocka_unit_test(guides_show_the_first_surface),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
