@@ -45,6 +45,8 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
     if (count > UINT32_MAX - desc->first_sample)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: sample %u + %u is beyond 2^32",
                           desc->first_sample, count);
+    if (scene->context != context)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: the scene is another context's");
     if (!scene->has_sensor) return brume_fail(context, BRUME_ERROR_SCENE, "the scene has no sensor");
     return BRUME_OK;
 }
@@ -221,6 +223,14 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     fill_stats(render, &arrays);
     camera_matrix(&arrays.params, render->world_to_camera);
 
+    /* Tiles and pixels are counted in 32 bits. */
+    if ((uint64_t)render->layout.width * render->layout.height > INT32_MAX) {
+        result = brume_fail(context, BRUME_ERROR_MEMORY, "a film of %u x %u pixels is too large", render->layout.width,
+                            render->layout.height);
+        brume_arrays_free(&arrays);
+        brume_render_destroy(render);
+        return result;
+    }
     brume_info(context, "Uploading the scene");
     double start = brume_seconds();
     result = upload_arrays(render, &arrays);
@@ -272,6 +282,15 @@ static int report_progress(const brume_render *render, double start, double work
     return callback(user, &p);
 }
 
+/* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just as
+ * long there, would be measured as slower, and the next one would be smaller still. */
+static uint32_t launch_size(const brume_render *render) {
+    size_t least = render->device->info.compute_units * render->local_size;
+    double wanted = render->groups_per_second * LAUNCH_SECONDS / render->pass_samples;
+    if (wanted < (double)least) wanted = (double)least;
+    return wanted < render->layout.group_count ? (uint32_t)wanted : render->layout.group_count;
+}
+
 static brume_result read_bad_samples(brume_render *render) {
     cl_uint bad[BAD_SIZE];
     cl_int code = clEnqueueReadBuffer(render->device->queue, render->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
@@ -303,8 +322,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
             render->groups_done = 0;
         }
         uint32_t left = render->layout.group_count - render->groups_done;
-        double wanted = render->groups_per_second * LAUNCH_SECONDS / render->pass_samples;
-        uint32_t groups = wanted < 1 ? 64 : wanted < left ? (uint32_t)wanted : left;
+        uint32_t groups = launch_size(render);
         if (groups > left) groups = left;
         double before = brume_seconds();
         cl_int code = launch(render, render->groups_done, groups, render->desc.first_sample + render->samples_done,
