@@ -101,6 +101,7 @@ typedef struct brume_device_info {
 
 /* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. */
 BRUME_API brume_result brume_device_count(brume_context *context, uint32_t *out);
+/* `index` may be BRUME_DEVICE_ANY here, too. */
 BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out);
 BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
 BRUME_API void brume_device_destroy(brume_device *device);

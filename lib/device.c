@@ -27,7 +27,9 @@ static const char *cl_error_name(cl_int code) {
 }
 
 brume_result brume_fail_cl(brume_context *context, cl_int code, const char *what) {
-    int memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY;
+    /* No buffer of ours is empty: one of an invalid size is larger than the device allows. */
+    int memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY ||
+                 code == CL_INVALID_BUFFER_SIZE;
     return brume_fail(context, memory ? BRUME_ERROR_MEMORY : BRUME_ERROR_DEVICE, "%s: %s (%d)", what,
                       cl_error_name(code), (int)code);
 }
@@ -104,11 +106,16 @@ static brume_result find_device(brume_context *context, uint32_t index, cl_devic
         return brume_fail(context, BRUME_ERROR_NO_DEVICE,
                           "no OpenCL device: install a driver (on Debian or Ubuntu: apt install pocl-opencl-icd)");
     if (index == BRUME_DEVICE_ANY) {
+        cl_device_type best = 0;
         index = 0;
-        for (uint32_t i = count; i-- > 0;) {
+        for (uint32_t i = 0; i < count && best != CL_DEVICE_TYPE_GPU; i++) {
             cl_device_type type = 0;
             clGetDeviceInfo(devices[i], CL_DEVICE_TYPE, sizeof type, &type, NULL);
-            if (type & CL_DEVICE_TYPE_GPU) index = i;
+            type &= best ? CL_DEVICE_TYPE_GPU : CL_DEVICE_TYPE_GPU | CL_DEVICE_TYPE_CPU;
+            if (type) {
+                best = type;
+                index = i;
+            }
         }
     }
     if (index >= count)
