@@ -50,8 +50,8 @@ first := $(filter deps,$(MAKECMDGOALS))
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
 
-$(build)/libbrume.so.0: $(lib_objects)
-	$(CC) -shared -Wl,-soname,libbrume.so.0 $(link_flags) -o $@ $^ $(libs)
+$(build)/libbrume.so.0: $(lib_objects) lib/exports.map
+	$(CC) -shared -Wl,-soname,libbrume.so.0 -Wl,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)
 	ln -sf libbrume.so.0 $(build)/libbrume.so
 
 $(build)/libbrume.a: $(lib_objects)
