@@ -65,22 +65,16 @@ static int report(const brume_context *context, brume_result result)
     return exit_code_of(result);
 }
 
-static int no_device(void)
-{
-    cli_error("no OpenCL device found; a driver is needed, for the CPU for example Debian's package pocl-opencl-icd");
-    return CLI_EXIT_DEVICE;
-}
-
 static int list_devices(brume_context *context)
 {
     uint32_t count;
     brume_result result = brume_device_count(context, &count);
     if (result)
         return report(context, result);
-    if (count == 0)
-        return no_device();
+    brume_device_info info;
+    if (count == 0) /* fails, and says what to install */
+        return report(context, brume_device_describe(context, BRUME_DEVICE_ANY, &info));
     for (uint32_t i = 0; i < count; i++) {
-        brume_device_info info;
         result = brume_device_describe(context, i, &info);
         if (result)
             return report(context, result);
@@ -103,44 +97,40 @@ static int contains(const char *text, const char *part)
     return 0;
 }
 
-/* The index of the device that --device names, or of the one that BRUME_DEVICE_ANY means, and its description. */
+/* The index of the device that --device names, and its description. */
 static int choose_device(brume_context *context, const char *wanted, uint32_t *out_index, brume_device_info *out_info)
 {
-    uint32_t count, chosen = UINT32_MAX;
+    uint32_t count, index = BRUME_DEVICE_ANY;
     brume_result result = brume_device_count(context, &count);
     if (result)
         return report(context, result);
-    if (count == 0)
-        return no_device();
-    char *end;
-    unsigned long number = wanted && isdigit((unsigned char)*wanted) ? strtoul(wanted, &end, 10) : ULONG_MAX;
-    int by_number = number != ULONG_MAX && *end == 0;
-    if (by_number && number >= count) {
-        cli_error("no device %s; there %s %u: --list-devices names them", wanted, count == 1 ? "is" : "are", count);
-        return CLI_EXIT_DEVICE;
-    }
-    for (uint32_t i = 0; i < count && chosen == UINT32_MAX; i++) {
-        brume_device_info info;
-        result = brume_device_describe(context, i, &info);
-        if (result)
-            return report(context, result);
-        if (wanted ? by_number ? i == number : contains(info.name, wanted) || contains(info.platform, wanted)
-                   : info.is_gpu != 0) {
-            chosen = i;
-            *out_info = info;
+    if (wanted && count > 0) {
+        char *end;
+        unsigned long number = isdigit((unsigned char)*wanted) ? strtoul(wanted, &end, 10) : ULONG_MAX;
+        if (number != ULONG_MAX && *end == 0) {
+            if (number >= count) {
+                cli_error("no device %s; there %s %u: --list-devices names them", wanted, count == 1 ? "is" : "are",
+                          count);
+                return CLI_EXIT_DEVICE;
+            }
+            index = (uint32_t)number;
+        }
+        for (uint32_t i = 0; i < count && index == BRUME_DEVICE_ANY; i++) {
+            result = brume_device_describe(context, i, out_info);
+            if (result)
+                return report(context, result);
+            if (contains(out_info->name, wanted) || contains(out_info->platform, wanted))
+                index = i;
+        }
+        if (index == BRUME_DEVICE_ANY) {
+            cli_error("no device is called \"%s\"; --list-devices names those there are", wanted);
+            return CLI_EXIT_DEVICE;
         }
     }
-    if (chosen == UINT32_MAX && !wanted) {
-        chosen = 0;
-        result = brume_device_describe(context, 0, out_info);
-        if (result)
-            return report(context, result);
-    }
-    if (chosen == UINT32_MAX) {
-        cli_error("no device is called \"%s\"; --list-devices names those there are", wanted);
-        return CLI_EXIT_DEVICE;
-    }
-    *out_index = chosen;
+    result = brume_device_describe(context, index, out_info);
+    if (result)
+        return report(context, result);
+    *out_index = index;
     return CLI_EXIT_OK;
 }
 
@@ -247,11 +237,6 @@ static int render_scene(brume_context *context, const cli_options *options, cli_
         code = report(context, result);
         goto cleanup;
     }
-    if (stats.bad_samples > 0 && options->verbosity >= 0)
-        fprintf(stderr,
-                "render-cli: warning: %llu samples came out NaN or infinite and were dropped, one of them pixel %u,%u "
-                "sample %u: please report it\n",
-                (unsigned long long)stats.bad_samples, stats.bad_pixel_x, stats.bad_pixel_y, stats.bad_sample);
     if (code == CLI_EXIT_OK && first_signal)
         code = CLI_EXIT_SIGNAL + first_signal;
     run.exit_code = code;
