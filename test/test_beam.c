@@ -402,7 +402,7 @@ static void check_falloff(brume_precision precision) {
 
 static void check(brume_precision precision) {
     if (!device_test_offers(precision)) skip();
-    compute(precision == BRUME_PRECISION_DOUBLE ? 8 : 16, precision);
+    compute(16, precision);
     int lit = 0, dark = 0, wide = 0;
     assert_int_equal(check_lit_set(precision, &lit, &dark, &wide), 0);
     /* the cases do test something */
