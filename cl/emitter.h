@@ -47,11 +47,14 @@ FN real emitter_pdf(const scene *s, vec p, ireal prim, ireal shape, vec point, v
             ireal q = quadric ? prim - I(s->params->triangle_count) : I(0);
             mask sphere = quadric & (GATHER_INT(s->geometry.quadrics, kind, q) == I(QUADRIC_SPHERE));
             real r = GATHER(s->geometry.quadrics, radius, q);
-            real d = vlength(vsub(VGATHER(s->geometry.quadrics, center, q), p));
+            vec center = VGATHER(s->geometry.quadrics, center, q);
+            real d = vlength(vsub(center, p));
             real area = R(4 * PI) * square(r);
             real cone = per_area * area / (R(2 * PI) * sphere_versine(r, lmax(d, r)));
             mask from_outside = sphere & (d > SPHERE_NEAR * r);
-            pdf = from_outside ? cone : pdf;
+            /* The far side, seen through a null surface that glows inwards, is never picked from outside. */
+            mask far_side = vdot(vsub(point, center), to) > R(0);
+            pdf = from_outside ? (far_side ? R(0) : cone) : pdf;
         }
     }
     return pdf * (R(1) - environment_share(s));
