@@ -25,6 +25,13 @@ FN void environment_uv(const scene *s, vec d, real *u, real *v, real *sine) {
     *v = latan2(*sine, in_map.y) * R(1 / PI);
 }
 
+/* The cell of 0 ... n - 1 that holds x; NaN, too, gets one: the sample is lost, the gather is not. */
+FN ireal environment_cell(real x, int n) {
+    ireal i = to_ireal(lclamp(x, R(0), R(n)));
+    i = i > I(0) ? i : I(0);
+    return i < I(n) ? i : I(n - 1);
+}
+
 FN rgb environment_texel(const scene *s, ireal x, ireal y) {
     return cgather(s->texels, I(s->params->environment_first) + y * I(s->params->environment_width) + x);
 }
@@ -36,10 +43,10 @@ FN rgb environment_radiance(const scene *s, vec d) {
     environment_uv(s, d, &u, &v, &sine);
     real x = lclamp(u, R(0), R(1)) * R(width) - R(0.5), y = lclamp(v, R(0), R(1)) * R(height - 1);
     real column = floor(x);
-    ireal x0 = to_ireal(column), y0 = to_ireal(y);
-    y0 = y0 < I(height - 1) ? y0 : I(height > 1 ? height - 2 : 0);
+    ireal x0 = to_ireal(column), y0 = environment_cell(y, height > 1 ? height - 1 : 1);
     real fx = x - column, fy = y - to_real(y0);
-    ireal x1 = x0 + I(1) < I(width) ? x0 + I(1) : I(0);
+    ireal x1 = environment_cell(column + R(1), width + 1);
+    x1 = x1 < I(width) ? x1 : I(0);
     x0 = x0 < I(0) ? I(width - 1) : x0;
     ireal y1 = height > 1 ? y0 + I(1) : y0;
     rgb top = cadd(cscale(environment_texel(s, x0, y0), R(1) - fx), cscale(environment_texel(s, x1, y0), fx));
@@ -67,9 +74,7 @@ FN real environment_pdf(const scene *s, vec d) {
     int width = s->params->environment_width, height = s->params->environment_height;
     real u, v, sine;
     environment_uv(s, d, &u, &v, &sine);
-    ireal x = to_ireal(lclamp(u, R(0), R(1)) * R(width)), y = to_ireal(lclamp(v, R(0), R(1)) * R(height));
-    x = x < I(width) ? x : I(width - 1);
-    y = y < I(height) ? y : I(height - 1);
+    ireal x = environment_cell(u * R(width), width), y = environment_cell(v * R(height), height);
     ireal rows = I(s->params->environment_cdf);
     ireal columns = rows + I(height + 1) + y * I(width + 1);
     real p_row = gather(s->cdf, rows + y + I(1)) - gather(s->cdf, rows + y);
