@@ -3,6 +3,7 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <errno.h>
+#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -108,21 +109,36 @@ static brume_result convert(brume_context *context, const struct aiScene *scene,
 }
 
 /* assimp's own words, on one line, for a file that can be opened but not read. */
-static brume_result refuse(brume_context *context, const char *where, const char *path) {
-    char why[256];
+static void explain(const char *path, char why[256]) {
     FILE *file = fopen(path, "rb");
     int empty = file && fgetc(file) == EOF;
     if (!file || ferror(file) || empty) {
-        snprintf(why, sizeof why, "%s", file && empty && !ferror(file) ? "the file is empty" : strerror(errno));
+        snprintf(why, 256, "%s", file && empty && !ferror(file) ? "the file is empty" : strerror(errno));
     } else {
-        snprintf(why, sizeof why, "not a readable mesh: %.200s", aiGetErrorString());
+        snprintf(why, 256, "not a readable mesh: %.200s", aiGetErrorString());
         for (char *c = why; *c; c++)
             if (*c == '\n' || *c == '\r')
                 *c = ' ';
     }
     if (file)
         fclose(file);
-    return brume_mesh_fail(context, BRUME_ERROR_SCENE, where, path, why);
+}
+
+/* assimp keeps the words of the last failure in a string of the whole process, which every failing import writes:
+ * without the lock, contexts in two threads would not be independent. */
+static pthread_mutex_t import_lock = PTHREAD_MUTEX_INITIALIZER;
+
+/* NULL after a failure, with the reason in `why`. */
+static const struct aiScene *import(const char *path, char why[256]) {
+    pthread_mutex_lock(&import_lock);
+    const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate);
+    if (!scene || !scene->mRootNode) {
+        explain(path, why);
+        aiReleaseImport(scene);
+        scene = NULL;
+    }
+    pthread_mutex_unlock(&import_lock);
+    return scene;
 }
 
 brume_result brume_mesh_read_ply(brume_context *context, const char *path, const brume_mesh_options *options,
@@ -131,12 +147,10 @@ brume_result brume_mesh_read_ply(brume_context *context, const char *path, const
     memset(&mesh, 0, sizeof mesh);
     if (!path || !options || !out)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_mesh_read_ply: NULL argument");
-    const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate);
-    if (!scene || !scene->mRootNode) {
-        brume_result refused = refuse(context, where, path);
-        aiReleaseImport(scene);
-        return refused;
-    }
+    char why[256];
+    const struct aiScene *scene = import(path, why);
+    if (!scene)
+        return brume_mesh_fail(context, BRUME_ERROR_SCENE, where, path, why);
     brume_result result = convert(context, scene, where, path, &mesh);
     aiReleaseImport(scene);
     if (result == BRUME_OK)
