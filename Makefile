@@ -51,7 +51,7 @@ first := $(filter deps,$(MAKECMDGOALS))
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
 
 $(build)/libbrume.so.0: $(lib_objects) lib/exports.map
-	$(CC) -shared -Wl,-soname,libbrume.so.0 -Wl,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)
+	$(CC) -shared -Wl,-soname,libbrume.so.0,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)
 	ln -sf libbrume.so.0 $(build)/libbrume.so
 
 $(build)/libbrume.a: $(lib_objects)
