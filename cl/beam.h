@@ -68,7 +68,7 @@ FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
     real distance = vlength(e);
     /* Below the rounding of the two positions the distance means nothing; the floor keeps width / D finite. */
     real extent = lmax(lmax(fabs(o.x), fabs(o.y)), fabs(o.z)) +
-                  R(fmax(fmax(fabs(light->position[0]), fabs(light->position[1])), fabs(light->position[2])));
+                  R(light_extent(light));
     g.D = lmax(distance, lmax(extent * R(0x1p-21f), R(1e-18)));
     vec across, unused;
     orthonormal_basis(d, &across, &unused);

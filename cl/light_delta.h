@@ -33,6 +33,11 @@ FN rgb spot_gobo(const scene *s, __global const b_light *light, vec out) {
     return c;
 }
 
+/* The largest coordinate of its position. */
+FN float light_extent(__global const b_light *light) {
+    return fmax(fmax(fabs(light->position[0]), fabs(light->position[1])), fabs(light->position[2]));
+}
+
 /* Light arriving at a point. */
 typedef struct {
     vec wi;        /* towards the light, unit */
@@ -49,7 +54,9 @@ FN delta_arrival delta_light_at(const scene *s, __global const b_light *light, v
         return a;
     }
     vec to = vsub(vuniform(light->position), p);
-    real d2 = lmax(vdot(to, to), R(1e-36));
+    /* A lamp on the very point: no nearer than the rounding of the two positions. */
+    real extent = lmax(lmax(fabs(p.x), fabs(p.y)), fabs(p.z)) + R(light_extent(light));
+    real d2 = lmax(vdot(to, to), square(lmax(extent * R(0x1p-21f), R(1e-15))));
     a.distance = sqrt(d2);
     a.wi = vscale(to, R(1) / a.distance);
     a.irradiance = cscale(cuniform(light->intensity), R(1) / d2);

@@ -75,13 +75,16 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     vec d = p->d;
     real pdf = R(-1);
     rgb weight = cgrey(R(1));
-    if (ANY(v->at_surface)) {
+    /* The last surface lights nothing further unless a ray from it can meet light; see path_medium. */
+    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3);
+    mask at_surface = v->at_surface & (needed <= I(s->params->max_depth));
+    if (ANY(at_surface)) {
         bsdf_sampled b = bsdf_sample(&v->b, v->wo, unit(u.x), unit(u.y), unit(u.z));
-        d = vselect(v->at_surface, to_world(&v->frame, b.wi), d);
-        weight = cselect(v->at_surface, b.weight, weight);
-        mask spread = v->at_surface & !b.is_delta;
+        d = vselect(at_surface, to_world(&v->frame, b.wi), d);
+        weight = cselect(at_surface, b.weight, weight);
+        mask spread = at_surface & !b.is_delta;
         pdf = spread ? b.pdf : pdf;
-        p->eta = v->at_surface ? p->eta * b.eta : p->eta;
+        p->eta = at_surface ? p->eta * b.eta : p->eta;
     }
     if (HAS(MEDIA) && ANY(v->in_medium)) {
         real phase;
@@ -89,10 +92,10 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
         d = vselect(v->in_medium, turned, d);
         pdf = v->in_medium ? phase : pdf;
     }
-    mask turns = v->at_surface | v->in_medium;
-    mask on_surface = v->at_surface | through;
+    mask turns = at_surface | v->in_medium;
+    mask on_surface = at_surface | through;
     p->alive = p->alive & (turns | through);
-    p->throughput = cselect(v->at_surface, cmul(p->throughput, weight), p->throughput);
+    p->throughput = cselect(at_surface, cmul(p->throughput, weight), p->throughput);
     p->t_max = through ? p->t_max - t : FAR_AWAY;
     p->travelled = p->travelled + t;
     p->o = vselect(on_surface, offset_origin(v->p, v->ng, d), v->p);

@@ -17,7 +17,7 @@
 
 /* Where a path scatters: at a surface (frame, bsdf, wo) or in the medium (phase function). */
 typedef struct {
-    vec p;             /* origin of what leaves it; a surface's is offset for each direction */
+    vec p;             /* what leaves a surface starts at an offset from it, see vertex_origin */
     vec ng;
     ireal shape;
     shading_frame frame;
@@ -26,6 +26,12 @@ typedef struct {
     real g;
     mask at_surface, in_medium;
 } vertex;
+
+/* The medium that a ray towards wi runs through first. */
+FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
+    if (!HAS(MEDIA) || !ANY(v->at_surface)) return p->medium;
+    return v->at_surface ? medium_beyond(s, v->shape, v->ng, wi, p->medium) : p->medium;
+}
 
 /* Where a ray towards wi starts. */
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
@@ -56,7 +62,8 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     rgb value = cscale(cmul(f.f, chosen.irradiance), R(1) / lmax(reservoir_share(&r), R(1e-30)));
     live = live & !is_black(value);
     if (!ANY(live)) return;
-    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, chosen.distance * SHORT_OF_LIGHT, p->medium, live);
+    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, chosen.distance * SHORT_OF_LIGHT,
+                          vertex_medium(s, p, v, chosen.wi), live);
     path_add(p, live, cmul(value, seen));
 }
 
@@ -90,7 +97,7 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
     real length = lmax(vlength(to), R(1e-18));
     mask far = e.distance >= FAR_AWAY;
     vec d = vselect(far, e.wi, vscale(to, R(1) / length));
-    rgb seen = visibility(s, origin, d, far ? FAR_AWAY : length * SHORT_OF_LIGHT, p->medium, live);
+    rgb seen = visibility(s, origin, d, far ? FAR_AWAY : length * SHORT_OF_LIGHT, vertex_medium(s, p, v, d), live);
     path_add(p, live, cmul(value, seen));
 }
 

@@ -57,7 +57,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.o = ray.o;
     p.d = ray.d;
     p.t_max = ray.t_max;
-    p.throughput = cgrey(R(1));
+    p.throughput = cgrey(R(s->params->max_depth > 0 ? 1 : 0));
     p.radiance = cgrey(R(0));
     p.medium = I(HAS(MEDIA) ? s->params->sensor_medium : -1);
     p.depth = p.segments = I(0);
