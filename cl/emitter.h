@@ -127,15 +127,18 @@ FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, re
             vec center = VGATHER(quadrics, center, q);
             mask sphere = quadric & (kind == I(EMITTER_SPHERE));
             if (ANY(sphere)) {
-                vec n = sphere_normal(p, center, GATHER(quadrics, radius, q), u, v);
-                point = vselect(sphere, vmad(n, GATHER(quadrics, radius, q), center), point);
+                real r = GATHER(quadrics, radius, q);
+                vec n = sphere_normal(p, center, r, u, v);
+                point = vselect(sphere, sphere_project(vmad(n, r, center), center, r), point);
                 normal = vselect(sphere, n, normal);
             }
             mask disk = quadric & !sphere;
             if (ANY(disk)) {
                 real x, y;
                 warp_disk(u, v, &x, &y);
-                vec on = vmad(VGATHER(quadrics, du, q), x, vmad(VGATHER(quadrics, dv, q), y, center));
+                vec du = VGATHER(quadrics, du, q), dv = VGATHER(quadrics, dv, q);
+                vec on = vmake(exact_along(center.x, du.x, dv.x, x, y), exact_along(center.y, du.y, dv.y, x, y),
+                               exact_along(center.z, du.z, dv.z, x, y));
                 point = vselect(disk, on, point);
                 normal = vselect(disk, VGATHER(quadrics, n, q), normal);
             }
