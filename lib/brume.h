@@ -96,7 +96,7 @@ typedef struct brume_device_info {
     uint32_t lanes;      /* paths per work-item that suit the device: 1 on GPUs, else 8 or 16 */
 } brume_device_info;
 
-/* The first GPU, else the first CPU device. */
+/* The first GPU, else PoCL, else the first CPU device. */
 #define BRUME_DEVICE_ANY UINT32_MAX
 
 /* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. */
@@ -329,7 +329,7 @@ typedef struct brume_render_desc {
 BRUME_API brume_render_desc brume_render_desc_default(void);
 
 /* Builds the BVH, uploads the scene and builds the kernels. The scene may be changed or destroyed afterwards: the render
- * has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. */
+ * has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. desc may be NULL: the defaults. */
 BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                            const brume_render_desc *desc, brume_render **out);
 BRUME_API void brume_render_destroy(brume_render *render);

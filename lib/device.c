@@ -99,6 +99,19 @@ brume_result brume_device_count(brume_context *context, uint32_t *out) {
     return BRUME_OK;
 }
 
+/* What BRUME_DEVICE_ANY takes first: a GPU, PoCL, another CPU, the rest. */
+static int preference(cl_device_id id) {
+    cl_device_type type = 0;
+    cl_platform_id platform = NULL;
+    char name[128] = "";
+    clGetDeviceInfo(id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
+    clGetDeviceInfo(id, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
+    clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof name - 1, name, NULL);
+    if (type & CL_DEVICE_TYPE_GPU) return 3;
+    if (!(type & CL_DEVICE_TYPE_CPU)) return 0;
+    return strcmp(name, "Portable Computing Language") == 0 ? 2 : 1;
+}
+
 static brume_result find_device(brume_context *context, uint32_t index, cl_device_id *out) {
     cl_device_id devices[MAX_DEVICES];
     uint32_t count = list_devices(devices);
@@ -106,14 +119,11 @@ static brume_result find_device(brume_context *context, uint32_t index, cl_devic
         return brume_fail(context, BRUME_ERROR_NO_DEVICE,
                           "no OpenCL device: install a driver (on Debian or Ubuntu: apt install pocl-opencl-icd)");
     if (index == BRUME_DEVICE_ANY) {
-        cl_device_type best = 0;
-        index = 0;
-        for (uint32_t i = 0; i < count && best != CL_DEVICE_TYPE_GPU; i++) {
-            cl_device_type type = 0;
-            clGetDeviceInfo(devices[i], CL_DEVICE_TYPE, sizeof type, &type, NULL);
-            type &= best ? CL_DEVICE_TYPE_GPU : CL_DEVICE_TYPE_GPU | CL_DEVICE_TYPE_CPU;
-            if (type) {
-                best = type;
+        int best = -1;
+        for (uint32_t i = 0; i < count; i++) {
+            int rank = preference(devices[i]);
+            if (rank > best) {
+                best = rank;
                 index = i;
             }
         }

@@ -2,6 +2,7 @@
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include "image.h"
 #include "image_stb.h"
@@ -16,12 +17,64 @@ static unsigned char encode(double linear) {
     return (unsigned char)(255 * curve + 0.5);
 }
 
+/* Where the encoder's bytes go, and what to slip in between. */
+typedef struct png_stream {
+    brume_output *output;
+    const char *comment; /* NULL: none, or written already */
+    int failed;
+} png_stream;
+
+enum { HEADER_END = 33 }; /* the signature and the IHDR chunk, which come first */
+
+static void big_endian(uint32_t value, unsigned char out[4]) {
+    for (int i = 0; i < 4; i++)
+        out[i] = (unsigned char)(value >> (24 - 8 * i));
+}
+
+/* ISO 3309, as PNG wants it; bit by bit is fast enough for a line of text. */
+static uint32_t crc32_of(const unsigned char *bytes, size_t count) {
+    uint32_t crc = 0xffffffffu;
+    for (size_t i = 0; i < count; i++) {
+        crc ^= bytes[i];
+        for (int bit = 0; bit < 8; bit++)
+            crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
+    }
+    return ~crc;
+}
+
+static void append_comment(png_stream *stream) {
+    static const char keyword[] = "tEXtComment"; /* its NUL separates keyword and text */
+    size_t length = strlen(stream->comment), content = sizeof keyword + length;
+    unsigned char *chunk = malloc(content + 8);
+    if (!chunk) {
+        stream->failed = 1;
+        return;
+    }
+    big_endian((uint32_t)(content - 4), chunk);
+    memcpy(chunk + 4, keyword, sizeof keyword);
+    memcpy(chunk + 4 + sizeof keyword, stream->comment, length);
+    big_endian(crc32_of(chunk + 4, content), chunk + 4 + content);
+    brume_output_append(stream->output, chunk, content + 8);
+    free(chunk);
+}
+
+/* stb hands over the whole file at once. */
 static void append(void *user, void *bytes, int size) {
-    brume_output_append(user, bytes, (size_t)size);
+    png_stream *stream = user;
+    const unsigned char *from = bytes;
+    size_t count = (size_t)size;
+    if (stream->comment && count > HEADER_END) {
+        brume_output_append(stream->output, from, HEADER_END);
+        append_comment(stream);
+        stream->comment = NULL;
+        from += HEADER_END;
+        count -= HEADER_END;
+    }
+    brume_output_append(stream->output, from, count);
 }
 
 brume_result brume_png_write(brume_context *context, const char *path, uint32_t width, uint32_t height,
-                             const float *rgb, float exposure) {
+                             const float *rgb, float exposure, const char *comment) {
     if (!path || !rgb || width == 0 || height == 0 || !isfinite(exposure))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: a PNG needs pixels and a finite exposure",
                           path ? path : "(no name)");
@@ -39,7 +92,8 @@ brume_result brume_png_write(brume_context *context, const char *path, uint32_t 
     brume_output output;
     brume_result result = brume_output_open(context, path, &output);
     if (result == BRUME_OK) {
-        int encoded = brume_stb_encode_png(append, &output, (int)width, (int)height, bytes);
+        png_stream stream = {&output, comment, 0};
+        int encoded = brume_stb_encode_png(append, &stream, (int)width, (int)height, bytes) && !stream.failed;
         result = brume_output_close(context, &output, encoded);
         if (result == BRUME_OK && !encoded)
             result = brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);

@@ -99,9 +99,12 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         attributes[n++] = text_attribute("device", render->device->info.name);
         attributes[n++] = text_attribute("samplerName",
                                          render->params.sampler == SAMPLER_SOBOL ? "sobol" : "independent");
-        attributes[n++] = int_attribute("samplesPerPixel", s->sample_count);
-        attributes[n++] = int_attribute("firstSample", s->first_sample);
-        attributes[n++] = int_attribute("seed", s->seed);
+        char seed[16], first[16]; /* text: EXR's integers end at 2^31 */
+        snprintf(seed, sizeof seed, "%u", (unsigned)s->seed);
+        snprintf(first, sizeof first, "%u", (unsigned)s->first_sample);
+        attributes[n++] = int_attribute("samplesPerPixel", render->samples_done);
+        attributes[n++] = text_attribute("firstSample", first);
+        attributes[n++] = text_attribute("seed", seed);
         attributes[n++] = int_attribute("incomplete", !s->complete);
         attributes[n++] = float_attribute("renderTimeSeconds", s->render_seconds);
         attributes[n++] = camera;
@@ -120,7 +123,7 @@ static brume_result write_png(brume_render *render, const char *path, const brum
     brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
     if (result == BRUME_OK)
         result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height, rgb,
-                                 desc->exposure);
+                                 desc->exposure, render->stats.complete ? NULL : "incomplete render");
     free(rgb);
     return result;
 }

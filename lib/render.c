@@ -327,7 +327,10 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
         double before = brume_seconds();
         cl_int code = launch(render, render->groups_done, groups, render->desc.first_sample + render->samples_done,
                              render->pass_samples);
-        if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "rendering");
+        if (code != CL_SUCCESS) {
+            render->stats.render_seconds += brume_seconds() - start;
+            return brume_fail_cl(render->device->context, code, "rendering");
+        }
         double now = brume_seconds(), spent = now - before;
         if (spent > 0) render->groups_per_second = (double)groups * render->pass_samples / spent;
         render->groups_done += groups;
@@ -350,7 +353,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
         brume_warn(render->device->context, "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u "
                    "sample %u: please report this", (unsigned long long)render->stats.bad_samples,
                    render->stats.bad_pixel_x, render->stats.bad_pixel_y, render->stats.bad_sample);
-    if (result == BRUME_CANCELLED) brume_fail(render->device->context, result, "the render was cancelled");
+    if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
     return result;
 }
 

@@ -19,6 +19,7 @@
 #include <cmocka.h>
 
 #include "image.h"
+#include "text.h"
 
 static brume_context *context;
 static char folder[] = "/tmp/brume-image-XXXXXX";
@@ -256,7 +257,7 @@ static void test_png_curve(void **state) {
     for (int i = 0; i < 3 * COUNT; i++)
         rgb[i] = (float)i / (3 * COUNT) * 0.6f; /* exposure +1 takes some of it beyond 1 */
     rgb[0] = NAN, rgb[1] = INFINITY, rgb[2] = -1;
-    assert_int_equal(brume_png_write(context, in_folder("p.png"), 64, 64, rgb, 1), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("p.png"), 64, 64, rgb, 1, NULL), BRUME_OK);
     assert_int_equal(files_in_folder(), 1);
     brume_image image;
     assert_int_equal(brume_image_read(context, path_memory, 1, NULL, &image), BRUME_OK);
@@ -352,11 +353,11 @@ static void test_unwritable(void **state) {
     const char *nowhere = in_folder("none/a.exr");
     assert_int_equal(brume_exr_write(context, nowhere, 0, 0, 2, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), strerror(ENOENT)));
-    assert_int_equal(brume_png_write(context, nowhere, 2, 2, grey, 0), BRUME_ERROR_OUTPUT);
+    assert_int_equal(brume_png_write(context, nowhere, 2, 2, grey, 0, NULL), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), nowhere));
     /* A folder has the name already. */
     assert_int_equal(mkdir(in_folder("dir.png"), 0777), 0);
-    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0), BRUME_ERROR_OUTPUT);
+    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0, NULL), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), strerror(EISDIR)));
     assert_int_equal(files_in_folder(), 1);
     rmdir(in_folder("dir.png"));
@@ -366,8 +367,8 @@ static void test_unwritable(void **state) {
     assert_int_equal(brume_exr_write(context, path, 0, 0, 2, 2, 2, 2, &unnamed, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
     assert_int_equal(brume_exr_write(context, path, 0, 0, 0, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
     assert_int_equal(brume_exr_write(context, path, 1, 0, 2, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
-    assert_int_equal(brume_png_write(context, path, 0, 2, grey, 0), BRUME_ERROR_ARGUMENT);
-    assert_int_equal(brume_png_write(context, path, 2, 2, NULL, 0), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_png_write(context, path, 0, 2, grey, 0, NULL), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_png_write(context, path, 2, 2, NULL, 0, NULL), BRUME_ERROR_ARGUMENT);
     assert_int_equal(files_in_folder(), 0);
 }
 
@@ -394,7 +395,7 @@ static void test_full_disk(void **state) {
     const char *path = in_folder("old.exr");
     brume_result exr = brume_exr_write(context, path, 0, 0, SIDE, SIDE, SIDE, SIDE, &channel, 1, NULL, 0);
     int exr_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
-    brume_result png = brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0);
+    brume_result png = brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, NULL);
     int png_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
     setrlimit(RLIMIT_FSIZE, &before);
     signal(SIGXFSZ, handler);
@@ -407,7 +408,7 @@ static void test_full_disk(void **state) {
     assert_int_equal(old.st_size, 3);
     /* With room again it is replaced, and readable by whom the umask allows. */
     mode_t mask = umask(022);
-    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, NULL), BRUME_OK);
     umask(mask);
     assert_int_equal(stat(path_memory, &old), 0);
     assert_true(old.st_size > 10000);
@@ -416,11 +417,47 @@ static void test_full_disk(void **state) {
 
 #define FRESH(test) cmocka_unit_test_setup(test, fresh_folder)
 
+/* CRC by long division of bits, most significant first: another road than the writer's. */
+static uint32_t divide_crc(const unsigned char *bytes, size_t count) {
+    uint32_t rest = 0xffffffffu, mirrored = 0;
+    for (size_t i = 0; i < 8 * count; i++) {
+        uint32_t bit = (bytes[i / 8] >> (i % 8)) & 1, top = rest >> 31;
+        rest = (rest << 1) ^ (bit ^ top ? 0x04c11db7u : 0);
+    }
+    for (int i = 0; i < 32; i++) mirrored |= ((rest >> i) & 1) << (31 - i);
+    return ~mirrored;
+}
+
+static void test_png_comment(void **state) {
+    (void)state;
+    static const float grey[12] = {0.5f};
+    static const char wanted[] = "tEXtComment\0incomplete render";
+    assert_int_equal(divide_crc((const unsigned char *)"IEND", 4), 0xae426082u); /* as every PNG ends */
+    assert_int_equal(brume_png_write(context, in_folder("c.png"), 2, 2, grey, 0, "incomplete render"), BRUME_OK);
+    size_t size;
+    char *file = brume_text_read_file(in_folder("c.png"), &size);
+    assert_non_null(file);
+    const unsigned char *chunk = (const unsigned char *)file + 33;
+    const size_t content = sizeof wanted - 1;
+    assert_true(size > 33 + 8 + content);
+    assert_int_equal(chunk[3], content - 4);
+    assert_memory_equal(chunk + 4, wanted, content);
+    const unsigned char *crc = chunk + 4 + content;
+    uint32_t stored = (uint32_t)crc[0] << 24 | (uint32_t)crc[1] << 16 | (uint32_t)crc[2] << 8 | crc[3];
+    assert_int_equal(stored, divide_crc(chunk + 4, content));
+    free(file);
+    brume_image image;
+    assert_int_equal(brume_image_read(context, in_folder("c.png"), 0, NULL, &image), BRUME_OK);
+    assert_int_equal(image.width, 2);
+    free(image.texels);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         FRESH(test_exr_round_trip), FRESH(test_exr_header), FRESH(test_exr_reading),
         FRESH(test_exr_mixes),      FRESH(test_png_curve),  FRESH(test_by_content),
         FRESH(test_unreadable),     FRESH(test_unwritable), FRESH(test_full_disk),
+        FRESH(test_png_comment),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }
