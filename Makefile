@@ -137,6 +137,7 @@ check-oclgrind: $(build)/render-cli meshes
 
 # quick=1: the part for CI
 crosscheck: $(build)/render-cli
+	@sh lib/deps.sh python3 python3-venv libllvm19
 	python3 test/crosscheck/crosscheck.py $(build) $(if $(quick),--quick)
 
 clean:

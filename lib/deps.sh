@@ -22,6 +22,8 @@ libexpat1-dev           scene files
 libcmocka-dev           tests
 '
 names=$(printf '%s' "$packages" | sed -n 's/^\([^ ][^ ]*\) .*/\1/p')
+# What else a target needs (make crosscheck).
+names="$names $*"
 
 [ -n "$BRUME_SKIP_DEPS" ] && exit 0
 
