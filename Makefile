@@ -92,7 +92,7 @@ ifeq ($(wildcard /sys/devices/system/cpu/*),)
 export HWLOC_SYNTHETIC ?= numa:1(memory=4294967296) pu:$(shell nproc)
 endif
 
-# ---- meshes and the demo ----------------------------------------------------------------------------------------------
+# ---- meshes and the demo ---------------------------------------------------------------------------------------------
 
 # Scenes say ../build/meshes/..., so this folder is the same for every configuration.
 meshes: build/meshes/bunny.obj build/meshes/forest.ply

@@ -1,10 +1,10 @@
 /* beam.h -- a ray segment and a point-like light: the geometry of single scattering, and how to sample it.
  *
- * With the light at distance D from the line and t' the signed distance along the ray from the closest point, everything
- * is a function of the angle theta, t' = D tan theta, and 1/distance^2 cancels (equiangular sampling, Kulla & Fajardo
- * 2012). A spot lights the angles within `half` of theta*, where the line passes closest to its axis direction; clipping
- * to them is exact for every cone angle. Angles are kept relative to theta* (called x), so that narrow cones lose no
- * digits:
+ * With the light at distance D from the line and t' the signed distance along the ray from the closest point,
+ * everything is a function of the angle theta, t' = D tan theta, and 1/distance^2 cancels (equiangular sampling, Kulla
+ * & Fajardo 2012). A spot lights the angles within `half` of theta*, where the line passes closest to its axis
+ * direction; clipping to them is exact for every cone angle. Angles are kept relative to theta* (called x), so that
+ * narrow cones lose no digits:
  *     cos(angle to the spot's axis) = rho cos x.
  */
 #ifndef BRUME_BEAM_H
@@ -150,8 +150,8 @@ FN real beam_versine(const beam *g, real t) {
 /* What the medium and the light do at t', without transmittance: falloff, phase. */
 FN real beam_response(const beam *g, __global const b_light *light, real t, real distance, real phase_g) {
     /* Directions of travel: along d, then from the point to the eye is -d; light arrives along (D n + t' d) / distance,
-     * so 1 - cos of the scattering angle is 1 + t'/distance = 1 + sin theta. For g < 0 seen from behind, where 2 - v would
-     * lose the digits near the peak. */
+     * so 1 - cos of the scattering angle is 1 + t'/distance = 1 + sin theta. For g < 0 seen from behind, where 2 - v
+     * would lose the digits near the peak. */
     real s = t / distance;
     s = phase_g < R(0) ? -s : s;
     real v = s > R(0) ? R(1) + s : square(g->D / distance) / (R(1) - s);

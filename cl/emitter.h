@@ -1,8 +1,9 @@
 /* emitter.h -- light that a scattered ray can also meet: emitting surfaces and the environment.
  *
  * Surfaces are cut into pieces (triangles, spheres, disks), chosen in proportion to area times luminance, so that the
- * density of choosing a point is luminance / b_params.emitter_weight per area, whichever piece it lies on. A sphere seen
- * from outside is sampled over the cone that it fills instead. With both surfaces and an environment, each gets half.
+ * density of choosing a point is luminance / b_params.emitter_weight per area, whichever piece it lies on. A sphere
+ * seen from outside is sampled over the cone that it fills instead. With both surfaces and an environment,
+ * each gets half.
  */
 #ifndef BRUME_EMITTER_H
 #define BRUME_EMITTER_H
@@ -60,8 +61,8 @@ FN real emitter_pdf(const scene *s, vec p, ireal prim, ireal shape, vec point, v
     return pdf * (R(1) - environment_share(s));
 }
 
-/* The outward normal at a sphere's point chosen evenly over the cone under which p sees the sphere, or over all of it where
- * p is inside or touches it. */
+/* The outward normal at a sphere's point chosen evenly over the cone under which p sees the sphere, or over all of it
+ * where p is inside or touches it. */
 FN vec sphere_normal(vec p, vec center, real r, real u, real v) {
     vec to = vsub(center, p);
     real d = lmax(vlength(to), R(1e-30));

@@ -1,9 +1,9 @@
 /* environment.h -- light from infinitely far away: one radiance, or a latitude-longitude map sampled by its brightness.
  *
  * Map coordinates: u = azimuth / 2 pi, v = polar angle from the map's +y / pi; the local direction is
- * (sin phi sin theta, cos theta, -cos phi sin theta). As in Mitsuba 3, texel column i is centred on u = (i + 1/2) / width
- * (and wraps around), row j on v = j / (height - 1), bilinear in between. The sampling density is constant over each of the
- * width x height equal cells of (u, v).
+ * (sin phi sin theta, cos theta, -cos phi sin theta). As in Mitsuba 3, texel column i is centred on u = (i + 1/2) /
+ * width (and wraps around), row j on v = j / (height - 1), bilinear in between. The sampling density is constant over
+ * each of the width x height equal cells of (u, v).
  */
 #ifndef BRUME_ENVIRONMENT_H
 #define BRUME_ENVIRONMENT_H

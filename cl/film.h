@@ -1,7 +1,8 @@
 /* film.h -- adding samples to the film's planes.
  *
- * Sums are compensated (Neumaier 1974): 2^25 additions of 1 in plain float32 stop at 2^24. Each pixel's samples are added
- * in the order of their index, whatever the launches, so the film of a seed is the same bits however the work is cut.
+ * Sums are compensated (Neumaier 1974): 2^25 additions of 1 in plain float32 stop at 2^24. Each pixel's samples are
+ * added in the order of their index, whatever the launches, so the film of a seed is the same bits
+ * however the work is cut.
  */
 #ifndef BRUME_FILM_CL_H
 #define BRUME_FILM_CL_H

@@ -1,8 +1,8 @@
 /* filter.h -- the reconstruction filter, by importance: a sample's position is drawn around its pixel's centre in
  * proportion to the filter's magnitude (Ernst, Stamminger & Greiner 2006), so that samples belong to one pixel.
  *
- * filter[0 ... filter_size]: the offset in pixels at u = i / filter_size, linear in between; then how many positive zeros
- * the filter has, then these zeros in ascending order: the sign flips at each.
+ * filter[0 ... filter_size]: the offset in pixels at u = i / filter_size, linear in between; then how many positive
+ * zeros the filter has, then these zeros in ascending order: the sign flips at each.
  */
 #ifndef BRUME_FILTER_H
 #define BRUME_FILTER_H

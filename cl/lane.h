@@ -1,8 +1,8 @@
 /* lane.h -- the lane type: one text of transport for CPU lanes, GPU work-items, float and double.
  *
- * A work-item carries LANES paths at once. `real`, `ireal`, `ureal` and `mask` hold one value per path: plain scalars at
- * LANES = 1 (the GPU and debugging form, and the reference of the tests), OpenCL vectors at 4, 8 and 16. Everything else
- * in cl/ is written once over these names.
+ * A work-item carries LANES paths at once. `real`, `ireal`, `ureal` and `mask` hold one value per path: plain scalars
+ * at LANES = 1 (the GPU and debugging form, and the reference of the tests), OpenCL vectors at 4, 8 and 16. Everything
+ * else in cl/ is written once over these names.
  *
  * What keeps one text right at every width:
  *  - `m ? a : b` is the select, for scalars and vectors alike; both sides are evaluated.
@@ -12,8 +12,8 @@
  *  - Dead lanes hold anything, NaN included: accumulate through select, never by multiplying with 0.
  *  - gather does not look at masks: the index of a dead lane must still be in bounds.
  *
- * In double (-DBRUME_DOUBLE) ireal, ureal and mask are 64 bits wide, because OpenCL selects only between operands of the
- * mask's own width. Hashes need 32-bit wrap-around, so random bits are `ureal32`: no masks, only arithmetic.
+ * In double (-DBRUME_DOUBLE) ireal, ureal and mask are 64 bits wide, because OpenCL selects only between operands of
+ * the mask's own width. Hashes need 32-bit wrap-around, so random bits are `ureal32`: no masks, only arithmetic.
  */
 #ifndef BRUME_LANE_H
 #define BRUME_LANE_H
@@ -24,7 +24,8 @@
 
 #pragma OPENCL FP_CONTRACT OFF
 
-/* How functions are declared; both can be given by -D (Oclgrind can't run inlined code: -DFN=static -cl-opt-disable). */
+/* How functions are declared; both can be given by -D (Oclgrind can't run inlined code:
+ * -DFN=static -cl-opt-disable). */
 #ifndef FN
 #define FN static inline __attribute__((always_inline))
 #endif

@@ -1,8 +1,8 @@
 /* medium.h -- homogeneous participating media: transmittance, emission, free flight.
  *
- * Chromatic extinction: a flight is drawn in one colour channel, chosen in proportion to the throughput, and weighted by
- * the mixture of all channels' densities (Wilkie et al. 2014, "Hero wavelength spectral sampling"), so that no weight
- * exceeds the sum of the throughput's channels.
+ * Chromatic extinction: a flight is drawn in one colour channel, chosen in proportion to the throughput, and weighted
+ * by the mixture of all channels' densities (Wilkie et al. 2014, "Hero wavelength spectral sampling"), so that no
+ * weight exceeds the sum of the throughput's channels.
  */
 #ifndef BRUME_MEDIUM_H
 #define BRUME_MEDIUM_H

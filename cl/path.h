@@ -1,8 +1,9 @@
 /* path.h -- one path per lane, one segment at a time.
  *
- * On each segment: what the medium emits, and what lamps without extent scatter towards the eye there, both as integrals
- * over the whole segment (path_medium.h); then the path either scatters in the medium or reaches the segment's end. At a
- * surface: its emission; at a surface or a scattering event: light sampling (path_light.h), and the next direction.
+ * On each segment: what the medium emits, and what lamps without extent scatter towards the eye there, both as
+ * integrals over the whole segment (path_medium.h); then the path either scatters in the medium or reaches the
+ * segment's end. At a surface: its emission; at a surface or a scattering event: light sampling (path_light.h), and
+ * the next direction.
  *
  * Depth counts scattering events; a path that has scattered k times and then meets a light has k + 1 edges and counts
  * while k + 1 <= max_depth. Null surfaces don't count.
@@ -18,7 +19,7 @@
 #define MAX_SEGMENTS 4096
 
 /* Survival in roulette is at most this, so that closed scenes of albedo 1 end too. Not less: each event multiplies the
- * weight by its inverse, and at 0.95 the variance of a thick white medium, with its hundreds of events, has no bound. */
+ * weight by its inverse, and at 0.95 the variance of a thick white medium of hundreds of events is unbounded. */
 #define MAX_SURVIVAL R(0.995)
 
 /* Light from beyond the scene, for lanes that left it. */
@@ -50,8 +51,8 @@ FN void path_roulette(const scene *s, path *p, real u, mask live) {
     p->alive = p->alive & !ends;
 }
 
-/* The film's first-hit channels: recorded at the first surface that is neither null nor specular, whether or not the fog
- * scatters before it: the guides of a denoiser should have no noise of their own. */
+/* The film's first-hit channels: recorded at the first surface that is neither null nor specular, whether or not the
+ * fog scatters before it: the guides of a denoiser should have no noise of their own. */
 FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
     mask record = p->first & plain;
     if (ANY(record)) {
@@ -68,8 +69,8 @@ FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albed
     p->first = p->first & !plain & !ends;
 }
 
-/* The next direction: a surface's BSDF, the medium's phase function, or straight on through a null surface. Everyone else
- * ends. */
+/* The next direction: a surface's BSDF, the medium's phase function, or straight on through a null surface. Everyone
+ * else ends. */
 FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through) {
     random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_SURFACE));
     vec d = p->d;

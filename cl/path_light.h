@@ -91,8 +91,8 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
     live = live & !is_black(f);
     if (!ANY(live)) return;
     rgb value = cscale(cmul(f, e.radiance), power_heuristic(e.pdf, pdf) / e.pdf);
-    /* Aimed anew from where the ray starts: its offset, which grows with the distance from the world's origin, can carry
-     * the old direction's end through an emitter close to that origin, whose own offset is smaller. */
+    /* Aimed anew from where the ray starts: its offset, which grows with the distance from the world's origin, can
+     * carry the old direction's end through an emitter close to that origin, whose own offset is smaller. */
     vec origin = vertex_origin(v, e.wi), to = vsub(e.target, origin);
     real length = lmax(vlength(to), R(1e-18));
     mask far = e.distance >= FAR_AWAY;

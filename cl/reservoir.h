@@ -1,7 +1,7 @@
 /* reservoir.h -- choosing one of many lights in a single pass over them (Chao 1982), with one random number.
  *
- * Mostly in proportion to a weight, now and then evenly among all with a positive weight: against a weight that misjudges
- * one of them, which would make rare, large samples.
+ * Mostly in proportion to a weight, now and then evenly among all with a positive weight: against a weight that
+ * misjudges one of them, which would make rare, large samples.
  */
 #ifndef BRUME_RESERVOIR_H
 #define BRUME_RESERVOIR_H

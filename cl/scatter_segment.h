@@ -1,8 +1,8 @@
 /* scatter_segment.h -- light of lamps without extent, scattered once towards the eye along a segment through a medium.
  *
- * The integral over the whole segment is estimated with one point: a light is chosen by what it would give at the middle
- * of its lit interval; a point, half the time equiangularly over the lit interval, half the time in proportion to
- * transmittance there, combined by the balance heuristic (Veach 1995; Georgiev et al. 2013; Kulla & Fajardo 2012).
+ * The integral over the whole segment is estimated with one point: a light is chosen by what it would give at the
+ * middle of its lit interval; a point, half the time equiangularly over the lit interval, half the time in proportion
+ * to transmittance there, combined by the balance heuristic (Veach 1995; Georgiev et al. 2013; Kulla & Fajardo 2012).
  */
 #ifndef BRUME_SCATTER_SEGMENT_H
 #define BRUME_SCATTER_SEGMENT_H
@@ -11,8 +11,8 @@
 #include "medium.h"
 #include "reservoir.h"
 
-/* A point on the segment and the light that it scatters to the eye, if nothing hides it: `value` lacks the transmittance
- * from the light to the point. */
+/* A point on the segment and the light that it scatters to the eye, if nothing hides it: `value` lacks the
+ * transmittance from the light to the point. */
 typedef struct {
     mask some;
     real t; /* along the segment */
@@ -43,7 +43,7 @@ FN real light_weight(__global const b_light *light, vec o, vec d, real t_end, co
     real w = R(0);
     if (ANY(g.a.width > R(0))) w = beam_node(&g, light, g.a, sigma, m->g);
     if (ANY(g.b.width > R(0))) w = w + (g.b.width > R(0) ? beam_node(&g, light, g.b, sigma, m->g) : R(0));
-    /* The node can be dark (a falloff's zero, a far tail) where the interval is not: any lit interval keeps a little. */
+    /* The node can be dark (a falloff's zero, a far tail) where the interval isn't: any lit one keeps a little. */
     real least = (g.a.width + g.b.width) / g.D * R(1e-12);
     return strength * (w > least ? w : least);
 }

@@ -1,8 +1,8 @@
 /* shared.h -- the arrays that the host uploads, as both sides see them. The only file that host and device include.
  *
- * Structs hold 4-byte scalars and arrays of them only (no vector types, pointers, bool, enum or size_t), and their sizes
- * are multiples of 16, so that every compiler lays them out alike; SIZE_IS makes each of them prove it. The side is
- * declared (-DBRUME_DEVICE), not sniffed.
+ * Structs hold 4-byte scalars and arrays of them only (no vector types, pointers, bool, enum or size_t), and their
+ * sizes are multiples of 16, so that every compiler lays them out alike; SIZE_IS makes each of them prove it. The side
+ * is declared (-DBRUME_DEVICE), not sniffed.
  *
  * Ids are indices into these arrays, -1 for none. Distances are scene units, radiometric quantities are linear RGB
  * (Rec. 709 primaries), angles are radians.
@@ -211,7 +211,7 @@ typedef struct {
     int crop_x, crop_y, crop_width, crop_height;
     float filter_radius;         /* pixels; 0.5 with a box */
     int filter_size;             /* entries of filter[] - 1, 0: box */
-    float filter_weight;         /* (integral of |f| / integral of f)^2, for both axes: what a sample of sign 1 counts */
+    float filter_weight;         /* (integral of |f| / integral of f)^2, both axes: what a sample of sign 1 counts */
 
     /* integrator */
     int max_depth;               /* path edges; 2^30 for no limit */

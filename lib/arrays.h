@@ -22,8 +22,8 @@ typedef struct brume_arrays {
     float *cdf;            /* emitters, then the environment's */
     float *filter;         /* inverse cumulative of the reconstruction filter, see cl/filter.h */
     uint32_t position_count, normal_count, uv_count; /* vertices */
-    uint32_t shape_count, bsdf_count, texture_count, texel_count /* triples */, medium_count, light_count, emitter_count;
-    uint32_t cdf_count, filter_count;
+    uint32_t shape_count, bsdf_count, texture_count, texel_count /* triples */, medium_count, light_count;
+    uint32_t emitter_count, cdf_count, filter_count;
     uint32_t dropped_triangles;
     double bvh_seconds;
 } brume_arrays;

@@ -1,8 +1,8 @@
 /* brume.h -- a renderer for light in fog: the C interface, and its reference manual.
  *
- * The way data goes: a scene description (built call by call, or read from a Mitsuba 3 XML file) -> a render (the scene's
- * arrays uploaded to one OpenCL device, the kernels built for what the scene calls for) -> samples -> the film's channels,
- * or a picture file.
+ * The way data goes: a scene description (built call by call, or read from a Mitsuba 3 XML file) -> a render (the
+ * scene's arrays uploaded to one OpenCL device, the kernels built for what the scene calls for) -> samples -> the
+ * film's channels, or a picture file.
  *
  *     brume_context *context;  brume_device *device;  brume_scene *scene;  brume_render *render;
  *     brume_context_create(&context);
@@ -14,8 +14,8 @@
  *     brume_render_write(render, "fog.exr", NULL);
  *
  * Rules for every call:
- *  - A call that can fail returns a brume_result; anything but BRUME_OK leaves its out-parameters untouched and puts one
- *    line of detail in brume_context_message(). The library never exits, prints, or asserts on what it is given.
+ *  - A call that can fail returns a brume_result; anything but BRUME_OK leaves its out-parameters untouched and puts
+ *    one line of detail in brume_context_message(). The library never exits, prints, or asserts on what it is given.
  *  - Every pointer passed in is copied from during the call and belongs to the caller, unless said otherwise.
  *  - Descriptors come from brume_..._default(); one that doesn't (all zero, say) is refused with BRUME_ERROR_ARGUMENT.
  *  - destroy accepts NULL, and objects may be destroyed in any order: each keeps alive what it was made from.
@@ -23,8 +23,8 @@
  *    brume_render_cancel() is the exception: any thread, or a signal handler, may call it.
  *
  * Units: scene units for lengths, degrees for angles, linear RGB (Rec. 709 primaries) for colours; matrices are 4x4,
- * row-major, and act on column vectors. Conventions are Mitsuba 3's: sensors and spots look along +z, a sensor's +x is to
- * the left of the picture, y is up.
+ * row-major, and act on column vectors. Conventions are Mitsuba 3's: sensors and spots look along +z, a sensor's +x is
+ * to the left of the picture, y is up.
  */
 #ifndef BRUME_H
 #define BRUME_H
@@ -62,7 +62,7 @@ BRUME_API const char *brume_result_name(brume_result result);
 /* The id of nothing: no texture, no medium, no back side. */
 #define BRUME_NONE UINT32_MAX
 
-/* ---- context ------------------------------------------------------------------------------------------------------ */
+/* ---- context ----------------------------------------------------------------------------------------------------- */
 
 typedef struct brume_context brume_context;
 
@@ -81,7 +81,7 @@ BRUME_API void brume_context_set_log(brume_context *context, brume_log_callback 
  * failed call. */
 BRUME_API const char *brume_context_message(const brume_context *context);
 
-/* ---- devices ------------------------------------------------------------------------------------------------------ */
+/* ---- devices ----------------------------------------------------------------------------------------------------- */
 
 typedef struct brume_device brume_device;
 
@@ -106,7 +106,7 @@ BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t in
 BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
 BRUME_API void brume_device_destroy(brume_device *device);
 
-/* ---- scene description -------------------------------------------------------------------------------------------- */
+/* ---- scene description ------------------------------------------------------------------------------------------- */
 
 typedef struct brume_scene brume_scene;
 
@@ -123,12 +123,16 @@ typedef struct brume_parameter {
 BRUME_API brume_result brume_scene_load(brume_context *context, const char *path, const brume_parameter *parameters,
                                         size_t parameter_count, brume_scene **out);
 
-/* Every descriptor starts with a cookie that only its default function sets. Ids count from 0 in the order of the calls;
- * an out_id may be NULL where the id isn't wanted. */
+/* Every descriptor starts with a cookie that only its default function sets. Ids count from 0 in the order of the
+ * calls; an out_id may be NULL where the id isn't wanted. */
 
 typedef enum brume_texture_kind { BRUME_TEXTURE_BITMAP = 0, BRUME_TEXTURE_CHECKERBOARD = 1 } brume_texture_kind;
 typedef enum brume_texture_filter { BRUME_FILTER_BILINEAR = 0, BRUME_FILTER_NEAREST = 1 } brume_texture_filter;
-typedef enum brume_texture_wrap { BRUME_WRAP_REPEAT = 0, BRUME_WRAP_CLAMP = 1, BRUME_WRAP_MIRROR = 2 } brume_texture_wrap;
+typedef enum brume_texture_wrap {
+    BRUME_WRAP_REPEAT = 0,
+    BRUME_WRAP_CLAMP = 1,
+    BRUME_WRAP_MIRROR = 2
+} brume_texture_wrap;
 
 /* A picture or pattern over texture coordinates (u, v). */
 typedef struct brume_texture_desc {
@@ -200,7 +204,7 @@ typedef struct brume_light_desc {
     float to_world[16];     /* identity; spot and directional light travels along +z; a point sits at the origin */
     float intensity[3];     /* point, spot: W/sr; directional: irradiance on a facing surface; constant: radiance; 1 */
     float cutoff_angle;     /* spot: half angle beyond which there is no light, in (0, 180]; 20 */
-    float beam_width;       /* spot: half angle inside which there is all of it, in [0, cutoff]; 0.75 cutoff if < 0: -1 */
+    float beam_width;       /* spot: half angle inside which light is full, in [0, cutoff]; 0.75 cutoff if < 0: -1 */
     uint32_t texture;       /* spot: gobo over the square that circumscribes the cone; BRUME_NONE */
     uint32_t width, height; /* envmap */
     const float *texels;    /* envmap: height x width x 3, row 0 is +y. Copied. */
@@ -307,7 +311,7 @@ BRUME_API brume_result brume_scene_set_integrator(brume_scene *scene, const brum
 BRUME_API brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out);
 BRUME_API brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out);
 
-/* ---- render ------------------------------------------------------------------------------------------------------- */
+/* ---- render ------------------------------------------------------------------------------------------------------ */
 
 typedef struct brume_render brume_render;
 
@@ -328,8 +332,8 @@ typedef struct brume_render_desc {
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
 
-/* Builds the BVH, uploads the scene and builds the kernels. The scene may be changed or destroyed afterwards: the render
- * has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. desc may be NULL: the defaults. */
+/* Builds the BVH, uploads the scene and builds the kernels. The scene may be changed or destroyed afterwards: the
+ * render has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. desc may be NULL: the defaults. */
 BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                            const brume_render_desc *desc, brume_render **out);
 BRUME_API void brume_render_destroy(brume_render *render);
@@ -348,7 +352,8 @@ typedef int (*brume_progress_callback)(void *user, const brume_progress *progres
  * continued by calling run again. `progress` may be NULL. */
 BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_callback progress, void *user);
 
-/* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any signal handler. */
+/* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
+ * signal handler. */
 BRUME_API void brume_render_cancel(brume_render *render);
 
 typedef struct brume_render_stats {
@@ -377,7 +382,7 @@ typedef enum brume_channel {
     BRUME_CHANNEL_NORMAL = 3,       /* 3 floats: there, world space, towards the viewer */
     BRUME_CHANNEL_DEPTH = 4,        /* 1 float: distance to the first visible surface, mean over the samples that hit */
     BRUME_CHANNEL_SAMPLE_COUNT = 5, /* 1 float */
-    BRUME_CHANNEL_ALPHA = 6         /* 1 float: share of the samples that met a surface, a scatterer or an environment */
+    BRUME_CHANNEL_ALPHA = 6         /* 1 float: share of samples that met a surface, a scatterer or an environment */
 } brume_channel;
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
@@ -393,8 +398,9 @@ typedef struct brume_picture_desc {
 
 BRUME_API brume_picture_desc brume_picture_desc_default(void);
 
-/* Writes a picture by the path's extension, .exr or .png, atomically (a temporary name, then renamed). NULL desc: the defaults.
- * The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was cut short. */
+/* Writes a picture by the path's extension, .exr or .png, atomically (a temporary name, then renamed). NULL desc: the
+ * defaults. The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was
+ * cut short. */
 BRUME_API brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc);
 
 #ifdef __cplusplus

@@ -42,7 +42,8 @@ static uint32_t list_devices(cl_device_id devices[MAX_DEVICES]) {
     if (platform_count > MAX_PLATFORMS) platform_count = MAX_PLATFORMS;
     for (cl_uint p = 0; p < platform_count && count < MAX_DEVICES; p++) {
         cl_uint found = 0;
-        if (clGetDeviceIDs(platforms[p], CL_DEVICE_TYPE_ALL, MAX_DEVICES - count, devices + count, &found) != CL_SUCCESS)
+        if (clGetDeviceIDs(platforms[p], CL_DEVICE_TYPE_ALL, MAX_DEVICES - count, devices + count, &found) !=
+            CL_SUCCESS)
             continue;
         count += found < MAX_DEVICES - count ? found : MAX_DEVICES - count;
     }

@@ -16,8 +16,8 @@ brume_film_layout brume_film_layout_make(uint32_t width, uint32_t height, uint32
 /* Slots: group_count * lanes, some of them outside the crop. */
 size_t brume_film_slot_count(const brume_film_layout *layout);
 
-/* planes: FILM_PLANES or FILM_GUIDE_PLANES times the slot count, as read from the device. out: height x width x (3 or 1)
- * floats. filter_weight: b_params.filter_weight. */
+/* planes: FILM_PLANES or FILM_GUIDE_PLANES times the slot count, as read from the device. out: height x width x
+ * (3 or 1) floats. filter_weight: b_params.filter_weight. */
 void brume_film_resolve(const brume_film_layout *layout, const float *planes, float filter_weight,
                         brume_channel channel, float *out);
 

@@ -1,7 +1,7 @@
 /* mitsuba_media.c -- homogeneous media and their phase functions. `emission` (radiance per scene unit) is our own.
  *
- * Any sigma_t >= 0 is taken. Mitsuba 3's RGB mode treats sigma_t as a reflectance: it refuses RGB and clamps spectra above
- * 1, so that a file for both says what exceeds 1 by `scale`.
+ * Any sigma_t >= 0 is taken. Mitsuba 3's RGB mode treats sigma_t as a reflectance: it refuses RGB and clamps spectra
+ * above 1, so that a file for both says what exceeds 1 by `scale`.
  */
 #include "mitsuba.h"
 

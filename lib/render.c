@@ -1,7 +1,7 @@
 /* render.c -- a render: upload, kernel, launches, progress.
  *
- * Work is cut into passes over the film of a few samples each, and a pass into launches sized by time, so that progress,
- * cancelling and GPU watchdogs work. How it is cut never changes the film (cl/film.h).
+ * Work is cut into passes over the film of a few samples each, and a pass into launches sized by time, so that
+ * progress, cancelling and GPU watchdogs work. How it is cut never changes the film (cl/film.h).
  */
 #include "render.h"
 
@@ -127,8 +127,8 @@ static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint
     return code;
 }
 
-/* Builds the kernel for what the scene calls for and, since PoCL generates machine code at the first launch, launches it
- * once without samples: afterwards nothing is left to be compiled. */
+/* Builds the kernel for what the scene calls for and, since PoCL generates machine code at the first launch, launches
+ * it once without samples: afterwards nothing is left to be compiled. */
 static brume_result build_kernel(brume_render *render, const brume_arrays *arrays) {
     brume_device *device = render->device;
     uint32_t features = arrays->features;
@@ -282,8 +282,8 @@ static int report_progress(const brume_render *render, double start, double work
     return callback(user, &p);
 }
 
-/* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just as
- * long there, would be measured as slower, and the next one would be smaller still. */
+/* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
+ * as long there, would be measured as slower, and the next one would be smaller still. */
 static uint32_t launch_size(const brume_render *render) {
     size_t least = render->device->info.compute_units * render->local_size;
     double wanted = render->groups_per_second * LAUNCH_SECONDS / render->pass_samples;
@@ -350,8 +350,9 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     brume_result read = read_bad_samples(render);
     if (read != BRUME_OK) return read;
     if (render->stats.bad_samples)
-        brume_warn(render->device->context, "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u "
-                   "sample %u: please report this", (unsigned long long)render->stats.bad_samples,
+        brume_warn(render->device->context,
+                   "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u sample %u: "
+                   "please report this", (unsigned long long)render->stats.bad_samples,
                    render->stats.bad_pixel_x, render->stats.bad_pixel_y, render->stats.bad_sample);
     if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
     return result;

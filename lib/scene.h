@@ -9,7 +9,7 @@
 
 typedef struct brume_scene_texture { brume_texture_desc desc; float *texels; } brume_scene_texture;
 typedef struct brume_scene_light { brume_light_desc desc; float *texels; } brume_scene_light;
-/* Rectangles and cubes are meshes here already (desc.kind is MESH, SPHERE or DISK); positions are still object space. */
+/* Rectangles and cubes are meshes already (desc.kind is MESH, SPHERE or DISK); positions are still object space. */
 typedef struct brume_scene_shape {
     brume_shape_desc desc;
     float *positions, *normals, *uvs; /* owned; desc's pointers are NULL */

@@ -1,9 +1,9 @@
 /* stats.h -- what statistical tests share: p-values, chi-square with pooling, correction for many tests, and integrals
  * of densities over cells.
  *
- * A test compares p against stats_level(CONFIDENCE, number of tests): right code fails one program in a million draws of
- * its seeds; since the seeds are fixed, it either always passes or never. That the tests see what they should is shown
- * by test_stats, which plants biases and demands a rejection.
+ * A test compares p against stats_level(CONFIDENCE, number of tests): right code fails one program in a million draws
+ * of its seeds; since the seeds are fixed, it either always passes or never. That the tests see what they should is
+ * shown by test_stats, which plants biases and demands a rejection.
  */
 #ifndef STATS_H
 #define STATS_H

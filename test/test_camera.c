@@ -109,7 +109,8 @@ static void offsets_come_from_the_table(void **state) {
     static double u[COUNT], offset[COUNT], sign[COUNT];
     float table[FILTER_SIZE + 4];
     b_params p = example(0);
-    for (int i = 0; i <= FILTER_SIZE; i++) table[i] = (float)(2 * sin(3.14159265358979 * i / FILTER_SIZE - 1.570796327));
+    for (int i = 0; i <= FILTER_SIZE; i++)
+        table[i] = (float)(2 * sin(3.14159265358979 * i / FILTER_SIZE - 1.570796327));
     table[FILTER_SIZE + 1] = 2;
     table[FILTER_SIZE + 2] = 0.5f;
     table[FILTER_SIZE + 3] = 1.5f;

@@ -64,8 +64,8 @@ static void white_things_in_uniform_light(void **state) {
         v.fov = 40;
         v.origin[2] = -3;
         scene = new_scene(DEPTH_ANY, 256);
-        /* These paths end by leaving. Roulette would end one in a million early and weigh the others up for it: an error
-         * too rare to be seen in the spread of the samples, and larger than that spread. */
+        /* These paths end by leaving. Roulette would end one in a million early and weigh the others up for it: an
+         * error too rare to be seen in the spread of the samples, and larger than that spread. */
         brume_integrator_desc integrator;
         must(brume_scene_get_integrator(scene, &integrator));
         integrator.rr_depth = 1 << 20;
@@ -88,9 +88,9 @@ static void white_things_in_uniform_light(void **state) {
 /* ---- slabs ------------------------------------------------------------------------------------------------------- */
 
 /* By reciprocity, a slab in uniform light from one half space shows at normal incidence its reflectance R on the lit
- * side and its transmittance T on the other, for light at normal incidence. The half space is an envmap, white above and
- * black below, fine enough that the blurred row at the horizon holds no light that matters (cos < 0.002). The slab is 4000
- * thicknesses wide. */
+ * side and its transmittance T on the other, for light at normal incidence. The half space is an envmap, white above
+ * and black below, fine enough that the blurred row at the horizon holds no light that matters (cos < 0.002). The slab
+ * is 4000 thicknesses wide. */
 static estimate render_slab(double albedo, double g, double thickness, int from_below, uint32_t samples) {
     enum { ROWS = 1024, COLUMNS = 4 };
     const view above = {{0, 3, 0}, {0, -1, 0}, {0, 0, 1}, NARROW}, below = {{0, -3, 0}, {0, 1, 0}, {0, 0, 1}, NARROW};

@@ -1,6 +1,6 @@
 /* test_reference.c -- whole renders against values known from elsewhere: light that scatters once, absorption and
- * emission in fog, spots on a wall. Closed forms, and quadrature in double that shares nothing with the kernels. How the
- * checks work: known_answer.h; check_plants proves that a wrong factor of 2 % would be seen.
+ * emission in fog, spots on a wall. Closed forms, and quadrature in double that shares nothing with the kernels. How
+ * the checks work: known_answer.h; check_plants proves that a wrong factor of 2 % would be seen.
  *
  * Airlight of a point light: Sun, Ramamoorthi, Narasimhan & Nayar 2005, "A Practical Analytic Single Scattering Model".
  */
@@ -47,7 +47,7 @@ static double henyey_greenstein(double cosine, double g) {
     return (1 - g * g) / (4 * PI * d * sqrt(d));
 }
 
-/* parameters: sigma, D, g, camera t. Scattered towards the camera at t of a line that passes the light at distance D. */
+/* parameters: sigma, D, g, camera t. Scattered to the camera at t of a line that passes the light at distance D. */
 static double airlight_at(double t, const double *p) {
     double r = sqrt(p[1] * p[1] + t * t);
     /* light travels along (t, -D) / r and leaves along -t */

@@ -218,7 +218,8 @@ static void cancelled_and_continued_is_the_same(void **state) {
     assert_int_equal(stats.samples, 0);
     assert_int_equal(calls, 1);
     brume_result result;
-    while ((result = brume_render_run(render, cancel_at_once, &calls)) == BRUME_CANCELLED) assert_true(++cancels < 1000);
+    while ((result = brume_render_run(render, cancel_at_once, &calls)) == BRUME_CANCELLED)
+        assert_true(++cancels < 1000);
     OK(result);
     OK(brume_render_read(render, BRUME_CHANNEL_RADIANCE, parts, PIXELS * 3));
     assert_memory_equal(whole, parts, sizeof whole);
@@ -412,7 +413,8 @@ static void destroyed_in_any_order(void **state) {
 }
 
 /* A sky of 1 stays 1 through every reconstruction filter, those with negative lobes included: 4 standard errors of the
- * mean of 64 signed samples in each of 693 pixels, were they independent; a weight of one axis only is off by 6 to 26 %. */
+ * mean of 64 signed samples in each of 693 pixels, were they independent; a weight of one axis only is off by
+ * 6 to 26 %. */
 static void filters_keep_the_brightness(void **state) {
     fixture *f = *state;
     static float radiance[PIXELS * 3];

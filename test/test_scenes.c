@@ -1,4 +1,4 @@
-/* The scenes that the project ships: each loads, renders without a bad sample, and shows its known answer if it has one. */
+/* The scenes that the project ships: each loads, renders without a bad sample, and shows its known answer, if any. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
