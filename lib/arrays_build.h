@@ -42,11 +42,4 @@ double brume_luminance(const float rgb[3]);
  * where it is 0, all are taken as equal. */
 double brume_cumulate(const double *weights, size_t count, float *cdf);
 
-#define BRUME_TRY(call)              \
-    do {                             \
-        brume_result tried = (call); \
-        if (tried != BRUME_OK)       \
-            return tried;            \
-    } while (0)
-
 #endif

@@ -22,6 +22,14 @@ brume_result brume_fail(brume_context *context, brume_result result, const char 
 void brume_warn(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void brume_info(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
+/* For functions that hold nothing to be released: passes a failure on. */
+#define BRUME_TRY(call)              \
+    do {                             \
+        brume_result tried = (call); \
+        if (tried != BRUME_OK)       \
+            return tried;            \
+    } while (0)
+
 brume_context *brume_context_retain(brume_context *context);
 void brume_context_release(brume_context *context);
 

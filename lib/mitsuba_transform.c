@@ -1,4 +1,5 @@
 /* mitsuba_transform.c -- <transform>: its children multiply from the left in the order of the file. */
+#include "affine.h"
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
 
@@ -20,19 +21,6 @@ static void multiply_left(const double a[16], double m[16]) {
     memcpy(m, out, sizeof out);
 }
 
-static void cross(const double a[3], const double b[3], double out[3]) {
-    out[0] = a[1] * b[2] - a[2] * b[1];
-    out[1] = a[2] * b[0] - a[0] * b[2];
-    out[2] = a[0] * b[1] - a[1] * b[0];
-}
-
-static int normalize(double v[3]) {
-    double length = sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]);
-    if (!(length > 0.0)) return 0;
-    for (int i = 0; i < 3; i++) v[i] /= length;
-    return 1;
-}
-
 /* A unit vector perpendicular to the unit vector n: Duff et al. 2017, "Building an Orthonormal Basis, Revisited"; the
  * one that Mitsuba takes as up when a look-at has none. */
 static void perpendicular(const double n[3], double out[3]) {
@@ -45,13 +33,14 @@ static void perpendicular(const double n[3], double out[3]) {
 int mitsuba_look_at(const double origin[3], const double target[3], const double up[3], double out[16]) {
     double forward[3] = {target[0] - origin[0], target[1] - origin[1], target[2] - origin[2]};
     double given[3] = {up[0], up[1], up[2]}, left[3], above[3];
-    if (!normalize(forward)) return 0;
+    if (!(brume_normalize(forward) > 0.0)) return 0;
     if (given[0] == 0.0 && given[1] == 0.0 && given[2] == 0.0) perpendicular(forward, given);
-    if (!normalize(given)) return 0;
-    cross(given, forward, left);
+    if (!(brume_normalize(given) > 0.0)) return 0;
+    brume_cross(given, forward, left);
     /* Parallel vectors leave a cross product of rounding errors. */
-    if (!(left[0] * left[0] + left[1] * left[1] + left[2] * left[2] > 1e-24) || !normalize(left)) return 0;
-    cross(forward, left, above);
+    if (!(brume_dot(left, left) > 1e-24)) return 0;
+    brume_normalize(left);
+    brume_cross(forward, left, above);
     for (int i = 0; i < 3; i++) {
         out[4 * i] = left[i];
         out[4 * i + 1] = above[i];
@@ -132,7 +121,7 @@ static void read_rotate(mitsuba_reader *reader, const xml_node *node, double m[1
     if (!xml_attribute_value(node, "angle")) mitsuba_fail(reader, node, "<rotate> needs the attribute 'angle'");
     double angle = number(reader, node, "angle", 0.0) * (pi / 180.0);
     memcpy(m, identity, sizeof identity);
-    if (!normalize(v)) {
+    if (!(brume_normalize(v) > 0.0)) {
         mitsuba_fail(reader, node, "the axis of a <rotate> must not be 0");
         return;
     }
@@ -221,7 +210,7 @@ int mitsuba_to_world(mitsuba_object *o, float out[16]) {
     int there = mitsuba_transform(o, "to_world", m);
     if (there) {
         double columns[3];
-        cross((double[]){m[0], m[4], m[8]}, (double[]){m[1], m[5], m[9]}, columns);
+        brume_cross((double[]){m[0], m[4], m[8]}, (double[]){m[1], m[5], m[9]}, columns);
         double determinant = columns[0] * m[2] + columns[1] * m[6] + columns[2] * m[10];
         mitsuba_require(o, "to_world", m[12] == 0.0 && m[13] == 0.0 && m[14] == 0.0 && m[15] == 1.0,
                         "be affine: 0 0 0 1 in the last row");

@@ -9,15 +9,6 @@
 #include <stdlib.h>
 #include <string.h>
 
-#define TRY(call)                    \
-    do {                             \
-        brume_result tried = (call); \
-        if (tried != BRUME_OK)       \
-            return tried;            \
-    } while (0)
-
-#define REFUSE(...) return brume_fail(scene->context, BRUME_ERROR_ARGUMENT, __VA_ARGS__)
-
 brume_result brume_scene_create(brume_context *context, brume_scene **out) {
     if (!context || !out)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "scene: the %s is NULL",
@@ -75,7 +66,7 @@ static brume_result check_texels(const brume_scene *scene, const char *noun, uin
 
 brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_desc *desc, uint32_t *out_id) {
     brume_scene_texture texture;
-    TRY(brume_check_desc(scene, "texture", desc, COOKIE_TEXTURE));
+    BRUME_TRY(brume_check_desc(scene, "texture", desc, COOKIE_TEXTURE));
     if ((unsigned)desc->kind > BRUME_TEXTURE_CHECKERBOARD)
         REFUSE("texture: kind %d is none", (int)desc->kind);
     if ((unsigned)desc->filter > BRUME_FILTER_NEAREST)
@@ -85,17 +76,17 @@ brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_des
     if (!brume_all_finite(desc->to_uv, 6))
         REFUSE("texture: to_uv holds a NaN or an infinity");
     if (desc->kind == BRUME_TEXTURE_BITMAP)
-        TRY(check_texels(scene, "texture", desc->width, desc->height, desc->texels));
+        BRUME_TRY(check_texels(scene, "texture", desc->width, desc->height, desc->texels));
     else if (!brume_all_within(desc->color0, 3, 0, INFINITY) || !brume_all_within(desc->color1, 3, 0, INFINITY))
         REFUSE("texture: the colours must be finite and not negative");
 
     texture.desc = *desc;
     texture.desc.texels = NULL;
     texture.texels = NULL;
-    TRY(brume_scene_grow(scene, &scene->textures, scene->texture_count, sizeof texture));
+    BRUME_TRY(brume_scene_grow(scene, &scene->textures, scene->texture_count, sizeof texture));
     if (desc->kind == BRUME_TEXTURE_BITMAP)
-        TRY(brume_scene_copy(scene, desc->texels, (size_t)desc->width * desc->height, 3 * sizeof(float),
-                             &texture.texels));
+        BRUME_TRY(brume_scene_copy(scene, desc->texels, (size_t)desc->width * desc->height, 3 * sizeof(float),
+                                   &texture.texels));
     scene->textures[scene->texture_count] = texture;
     if (out_id)
         *out_id = scene->texture_count;
@@ -117,13 +108,13 @@ static int texture_exceeds_one(const brume_scene_texture *texture) {
 }
 
 brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *desc, uint32_t *out_id) {
-    TRY(brume_check_desc(scene, "bsdf", desc, COOKIE_BSDF));
+    BRUME_TRY(brume_check_desc(scene, "bsdf", desc, COOKIE_BSDF));
     if ((unsigned)desc->kind > BRUME_BSDF_NULL)
         REFUSE("bsdf: kind %d is none", (int)desc->kind);
     if (!brume_all_within(desc->reflectance, 3, 0, 1))
         REFUSE("bsdf: reflectance must be in [0, 1], not (%g, %g, %g)", desc->reflectance[0], desc->reflectance[1],
                desc->reflectance[2]);
-    TRY(brume_check_id(scene, "bsdf: reflectance_texture", desc->reflectance_texture, scene->texture_count));
+    BRUME_TRY(brume_check_id(scene, "bsdf: reflectance_texture", desc->reflectance_texture, scene->texture_count));
     if (!brume_all_within(desc->transmittance, 3, 0, 1))
         REFUSE("bsdf: transmittance must be in [0, 1], not (%g, %g, %g)", desc->transmittance[0],
                desc->transmittance[1], desc->transmittance[2]);
@@ -143,14 +134,14 @@ brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *des
         REFUSE("bsdf: only reflecting bsdfs can be two-sided");
     if (desc->back != BRUME_NONE && !desc->two_sided)
         REFUSE("bsdf: back is set, but not two_sided");
-    TRY(brume_check_id(scene, "bsdf: back", desc->back, scene->bsdf_count));
+    BRUME_TRY(brume_check_id(scene, "bsdf: back", desc->back, scene->bsdf_count));
     if (desc->back != BRUME_NONE && transmits(scene->bsdfs[desc->back].kind))
         REFUSE("bsdf: only reflecting bsdfs can be two-sided, bsdf %u is not", (unsigned)desc->back);
     if (desc->reflectance_texture != BRUME_NONE && texture_exceeds_one(&scene->textures[desc->reflectance_texture]))
         brume_warn(scene->context, "bsdf: texture %u exceeds 1 in places, where it will reflect more than it receives",
                    (unsigned)desc->reflectance_texture);
 
-    TRY(brume_scene_grow(scene, &scene->bsdfs, scene->bsdf_count, sizeof *desc));
+    BRUME_TRY(brume_scene_grow(scene, &scene->bsdfs, scene->bsdf_count, sizeof *desc));
     scene->bsdfs[scene->bsdf_count] = *desc;
     if (out_id)
         *out_id = scene->bsdf_count;
@@ -161,7 +152,7 @@ brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *des
 /* ---- media ------------------------------------------------------------------------------------------------------- */
 
 brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc *desc, uint32_t *out_id) {
-    TRY(brume_check_desc(scene, "medium", desc, COOKIE_MEDIUM));
+    BRUME_TRY(brume_check_desc(scene, "medium", desc, COOKIE_MEDIUM));
     if (!brume_all_within(desc->sigma_t, 3, 0, INFINITY))
         REFUSE("medium: sigma_t must be finite and not negative, not (%g, %g, %g)", desc->sigma_t[0], desc->sigma_t[1],
                desc->sigma_t[2]);
@@ -173,7 +164,7 @@ brume_result brume_scene_add_medium(brume_scene *scene, const brume_medium_desc 
     if (!(desc->g > -1 && desc->g < 1))
         REFUSE("medium: g must be between -1 and 1, both excluded, not %g", desc->g);
 
-    TRY(brume_scene_grow(scene, &scene->media, scene->medium_count, sizeof *desc));
+    BRUME_TRY(brume_scene_grow(scene, &scene->media, scene->medium_count, sizeof *desc));
     scene->media[scene->medium_count] = *desc;
     if (out_id)
         *out_id = scene->medium_count;
@@ -193,7 +184,7 @@ static brume_result check_spot(const brume_scene *scene, const brume_light_desc 
     if (!(desc->beam_width <= desc->cutoff_angle))
         REFUSE("light: beam_width must be in [0, cutoff_angle = %g] degrees, not %g", desc->cutoff_angle,
                desc->beam_width);
-    TRY(brume_check_id(scene, "light: texture", desc->texture, scene->texture_count));
+    BRUME_TRY(brume_check_id(scene, "light: texture", desc->texture, scene->texture_count));
     if (desc->texture != BRUME_NONE && desc->cutoff_angle >= 90)
         REFUSE("light: a texture needs a cutoff_angle below 90 degrees, not %g", desc->cutoff_angle);
     return BRUME_OK;
@@ -201,7 +192,7 @@ static brume_result check_spot(const brume_scene *scene, const brume_light_desc 
 
 brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *desc, uint32_t *out_id) {
     brume_scene_light light;
-    TRY(brume_check_desc(scene, "light", desc, COOKIE_LIGHT));
+    BRUME_TRY(brume_check_desc(scene, "light", desc, COOKIE_LIGHT));
     if ((unsigned)desc->kind > BRUME_LIGHT_ENVMAP)
         REFUSE("light: kind %d is none", (int)desc->kind);
     /* A cone stays a cone and a map of directions one of directions only if every axis scales alike. */
@@ -213,11 +204,11 @@ brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *d
         REFUSE("light: intensity must be finite and not negative, not (%g, %g, %g)", desc->intensity[0],
                desc->intensity[1], desc->intensity[2]);
     if (desc->kind == BRUME_LIGHT_SPOT)
-        TRY(check_spot(scene, desc));
+        BRUME_TRY(check_spot(scene, desc));
     else if (desc->texture != BRUME_NONE)
         REFUSE("light: only spots take a texture");
     if (desc->kind == BRUME_LIGHT_ENVMAP) {
-        TRY(check_texels(scene, "light", desc->width, desc->height, desc->texels));
+        BRUME_TRY(check_texels(scene, "light", desc->width, desc->height, desc->texels));
         if (!brume_all_within(&desc->scale, 1, 0, INFINITY))
             REFUSE("light: scale must be finite and not negative, not %g", desc->scale);
     }
@@ -230,10 +221,10 @@ brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *d
     light.texels = NULL;
     if (desc->beam_width < 0)
         light.desc.beam_width = 0.75f * desc->cutoff_angle;
-    TRY(brume_scene_grow(scene, &scene->lights, scene->light_count, sizeof light));
+    BRUME_TRY(brume_scene_grow(scene, &scene->lights, scene->light_count, sizeof light));
     if (desc->kind == BRUME_LIGHT_ENVMAP)
-        TRY(brume_scene_copy(scene, desc->texels, (size_t)desc->width * desc->height, 3 * sizeof(float),
-                             &light.texels));
+        BRUME_TRY(brume_scene_copy(scene, desc->texels, (size_t)desc->width * desc->height, 3 * sizeof(float),
+                                   &light.texels));
     scene->lights[scene->light_count] = light;
     if (out_id)
         *out_id = scene->light_count;
@@ -244,7 +235,7 @@ brume_result brume_scene_add_light(brume_scene *scene, const brume_light_desc *d
 /* ---- sensor, film, integrator ------------------------------------------------------------------------------------ */
 
 brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc *desc) {
-    TRY(brume_check_desc(scene, "sensor", desc, COOKIE_SENSOR));
+    BRUME_TRY(brume_check_desc(scene, "sensor", desc, COOKIE_SENSOR));
     const char *wrong = brume_check_transform(desc->to_world, BRUME_MAP_RIGID);
     if (wrong)
         REFUSE("sensor: %s", wrong);
@@ -258,7 +249,7 @@ brume_result brume_scene_set_sensor(brume_scene *scene, const brume_sensor_desc 
         REFUSE("sensor: aperture_radius must be finite and not negative, not %g", desc->aperture_radius);
     if (desc->aperture_radius > 0 && !(isfinite(desc->focus_distance) && desc->focus_distance > 0))
         REFUSE("sensor: focus_distance must be positive, not %g", desc->focus_distance);
-    TRY(brume_check_id(scene, "sensor: medium", desc->medium, scene->medium_count));
+    BRUME_TRY(brume_check_id(scene, "sensor: medium", desc->medium, scene->medium_count));
     scene->sensor = *desc;
     scene->has_sensor = 1;
     return BRUME_OK;
@@ -270,7 +261,7 @@ static int crop_fits(uint32_t start, uint32_t count, uint32_t full) {
 }
 
 brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *desc) {
-    TRY(brume_check_desc(scene, "film", desc, COOKIE_FILM));
+    BRUME_TRY(brume_check_desc(scene, "film", desc, COOKIE_FILM));
     if (desc->width < 1 || desc->width > 65536 || desc->height < 1 || desc->height > 65536)
         REFUSE("film: width and height must be in [1, 65536], not %u x %u", (unsigned)desc->width,
                (unsigned)desc->height);
@@ -296,7 +287,7 @@ brume_result brume_scene_set_film(brume_scene *scene, const brume_film_desc *des
 }
 
 brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrator_desc *desc) {
-    TRY(brume_check_desc(scene, "integrator", desc, COOKIE_INTEGRATOR));
+    BRUME_TRY(brume_check_desc(scene, "integrator", desc, COOKIE_INTEGRATOR));
     if (desc->max_depth < -1)
         REFUSE("integrator: max_depth must be -1 (no limit) or not negative, not %d", (int)desc->max_depth);
     if (desc->rr_depth < 1)

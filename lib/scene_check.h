@@ -19,6 +19,9 @@ enum {
 /* First lines of every add and set call: no NULLs, and the cookie. `noun` is "texture", "bsdf", ... */
 brume_result brume_check_desc(const brume_scene *scene, const char *noun, const void *desc, uint32_t cookie);
 
+/* Leaves a call that was given what it cannot take; its format and arguments say what. Takes `scene` from there. */
+#define REFUSE(...) return brume_fail(scene->context, BRUME_ERROR_ARGUMENT, __VA_ARGS__)
+
 int brume_all_finite(const float *values, size_t count);
 /* Every value in [low, high]; false for a NaN. high may be INFINITY, which then still refuses infinite values. */
 int brume_all_within(const float *values, size_t count, float low, float high);

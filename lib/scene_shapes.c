@@ -6,15 +6,6 @@
 #include <math.h>
 #include <stdlib.h>
 
-#define TRY(call)                    \
-    do {                             \
-        brume_result tried = (call); \
-        if (tried != BRUME_OK)       \
-            return tried;            \
-    } while (0)
-
-#define REFUSE(...) return brume_fail(scene->context, BRUME_ERROR_ARGUMENT, __VA_ARGS__)
-
 /* Texture coordinates are (x + 1) / 2, (y + 1) / 2. */
 static const float rectangle_positions[4 * 3] = {-1, -1, 0, 1, -1, 0, 1, 1, 0, -1, 1, 0};
 static const float rectangle_uvs[4 * 2] = {0, 0, 1, 0, 1, 1, 0, 1};
@@ -53,7 +44,7 @@ static brume_result check_mesh(const brume_scene *scene, const brume_shape_desc 
 }
 
 static brume_result check_shape(const brume_scene *scene, const brume_shape_desc *desc) {
-    TRY(brume_check_desc(scene, "shape", desc, COOKIE_SHAPE));
+    BRUME_TRY(brume_check_desc(scene, "shape", desc, COOKIE_SHAPE));
     if ((unsigned)desc->kind > BRUME_SHAPE_DISK)
         REFUSE("shape: kind %d is none", (int)desc->kind);
     const char *wrong =
@@ -69,9 +60,9 @@ static brume_result check_shape(const brume_scene *scene, const brume_shape_desc
     if (!brume_all_within(desc->radiance, 3, 0, INFINITY))
         REFUSE("shape: radiance must be finite and not negative, not (%g, %g, %g)", desc->radiance[0],
                desc->radiance[1], desc->radiance[2]);
-    TRY(brume_check_id(scene, "shape: bsdf", desc->bsdf, scene->bsdf_count));
-    TRY(brume_check_id(scene, "shape: interior", desc->interior, scene->medium_count));
-    TRY(brume_check_id(scene, "shape: exterior", desc->exterior, scene->medium_count));
+    BRUME_TRY(brume_check_id(scene, "shape: bsdf", desc->bsdf, scene->bsdf_count));
+    BRUME_TRY(brume_check_id(scene, "shape: interior", desc->interior, scene->medium_count));
+    BRUME_TRY(brume_check_id(scene, "shape: exterior", desc->exterior, scene->medium_count));
     return desc->kind == BRUME_SHAPE_MESH ? check_mesh(scene, desc) : BRUME_OK;
 }
 
@@ -88,13 +79,13 @@ static brume_result copy_geometry(const brume_scene *scene, const brume_shape_de
     uint32_t vertices = is_mesh ? desc->vertex_count : is_cube ? 24 : 4;
     uint32_t triangles = is_mesh ? desc->triangle_count : vertices / 2;
     const float *positions = is_mesh ? desc->positions : is_cube ? cube_positions : rectangle_positions;
-    TRY(brume_scene_copy(scene, positions, vertices, 3 * sizeof(float), &shape->positions));
+    BRUME_TRY(brume_scene_copy(scene, positions, vertices, 3 * sizeof(float), &shape->positions));
     if (is_mesh) {
         if (desc->normals)
-            TRY(brume_scene_copy(scene, desc->normals, vertices, 3 * sizeof(float), &shape->normals));
+            BRUME_TRY(brume_scene_copy(scene, desc->normals, vertices, 3 * sizeof(float), &shape->normals));
         if (desc->uvs)
-            TRY(brume_scene_copy(scene, desc->uvs, vertices, 2 * sizeof(float), &shape->uvs));
-        TRY(brume_scene_copy(scene, desc->triangles, triangles, 3 * sizeof(uint32_t), &shape->triangles));
+            BRUME_TRY(brume_scene_copy(scene, desc->uvs, vertices, 2 * sizeof(float), &shape->uvs));
+        BRUME_TRY(brume_scene_copy(scene, desc->triangles, triangles, 3 * sizeof(uint32_t), &shape->triangles));
     } else {
         shape->uvs = malloc(vertices * 2 * sizeof *shape->uvs);
         shape->triangles = malloc(triangles * 3 * sizeof *shape->triangles);
@@ -111,13 +102,13 @@ static brume_result copy_geometry(const brume_scene *scene, const brume_shape_de
 }
 
 brume_result brume_scene_add_shape(brume_scene *scene, const brume_shape_desc *desc, uint32_t *out_id) {
-    TRY(check_shape(scene, desc));
+    BRUME_TRY(check_shape(scene, desc));
     brume_scene_shape shape = {.desc = *desc};
     shape.desc.positions = shape.desc.normals = shape.desc.uvs = NULL;
     shape.desc.triangles = NULL;
     if (desc->interior != BRUME_NONE || desc->exterior != BRUME_NONE)
         shape.desc.is_boundary = 1;
-    TRY(brume_scene_grow(scene, &scene->shapes, scene->shape_count, sizeof shape));
+    BRUME_TRY(brume_scene_grow(scene, &scene->shapes, scene->shape_count, sizeof shape));
     brume_result result = BRUME_OK;
     if (desc->kind == BRUME_SHAPE_MESH || desc->kind == BRUME_SHAPE_RECTANGLE || desc->kind == BRUME_SHAPE_CUBE)
         result = copy_geometry(scene, desc, &shape);
