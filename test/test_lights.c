@@ -1,6 +1,6 @@
 /* test_lights.c -- whole renders of lights that stand where arithmetic or bookkeeping is strained: emitters far from
- * what they light in coordinates about their own size, surfaces that glow inwards, fog lit from straight ahead, lamps in
- * the very point that they light; and what a depth limit and the depth channel count.
+ * what they light in coordinates about their own size, surfaces that glow inwards, fog lit from straight ahead, lamps
+ * in the very point that they light; and what a depth limit and the depth channel count.
  *
  * Closed forms, and quadrature in double. How the statistical checks work: known_answer.h; a right renderer fails one
  * of the eleven here once in 1400 choices of the seed, which is fixed.
