@@ -41,8 +41,10 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     int count = s->params->light_count;
     for (int k = 0; k < count; k++) {
         delta_arrival a = delta_light_at(s, &s->lights[k], v->p);
-        real cosine = fabs(vdot(a.wi, v->frame.n));
-        reservoir_offer(&r, I(k), luminance(a.irradiance) * lmax(cosine, R(1e-3)), live);
+        /* Every surface that is not specular only reflects: a lamp on the other side gives it nothing. */
+        real cosine = vdot(a.wi, v->frame.n);
+        mask faces = live & (cosine * v->wo.z > R(0));
+        reservoir_offer(&r, I(k), luminance(a.irradiance) * lmax(fabs(cosine), R(1e-3)), faces);
     }
     live = live & (r.choice >= I(0));
     if (!ANY(live)) return;
