@@ -113,7 +113,8 @@ def enter_environment(folder):
             subprocess.run([python, "-m", "pip", "install", "-q", "--disable-pip-version-check", "-r",
                             os.path.join(HERE, "requirements.txt")], check=True)
         except subprocess.CalledProcessError:
-            sys.exit("crosscheck: no virtual environment (Debian: python3-venv), or no packages from PyPI")
+            print("crosscheck: no virtual environment (Debian: python3-venv), or no packages from PyPI", file=sys.stderr)
+            sys.exit(77)  # nothing was compared: neither passed nor failed
         with open(stamp, "w", encoding="ascii") as file:
             file.write(wanted)
     if os.path.realpath(sys.prefix) != os.path.realpath(venv):
