@@ -11,6 +11,8 @@ typedef enum option_id {
     OPTION_SPP,
     OPTION_SAMPLE_RANGE,
     OPTION_SEED,
+    OPTION_STRATEGY,
+    OPTION_INDIRECT,
     OPTION_CROP,
     OPTION_DEFINE,
     OPTION_EXPOSURE,
@@ -40,6 +42,11 @@ static const option options_table[OPTION_COUNT] = {
     [OPTION_SPP] = {0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] = {0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
     [OPTION_SEED] = {0, "seed", "S", "seed of the random numbers (default: the scene's)"},
+    [OPTION_STRATEGY] = {0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance, equiangular,\n"
+                                                    "equiangular-cone, mis, product, systematic, raster; N: positions on\n"
+                                                    "a segment, for the last two (default: the scene's, else auto)"},
+    [OPTION_INDIRECT] = {0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture, ray-lights\n"
+                                                "(default: the scene's, else auto)"},
     [OPTION_CROP] = {0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_EXPOSURE] = {0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
@@ -169,6 +176,39 @@ static int parse_define(cli_options *options, const char *value)
     return 0;
 }
 
+/* NAME or NAME:N */
+static int parse_strategy(brume_render_desc *render, const char *value)
+{
+    size_t length = strcspn(value, ":");
+    const char *name;
+    uint32_t positions = 0;
+    if (value[length]) {
+        const char *text = value + length + 1;
+        if (!parse_uint(&text, 0, &positions) || positions == 0 || positions > 64 || (positions & (positions - 1)) != 0)
+            return wrong_value(OPTION_STRATEGY, value);
+    }
+    for (int i = 0; (name = brume_strategy_name((brume_strategy)i)) != NULL; i++)
+        if (strlen(name) == length && strncmp(name, value, length) == 0) {
+            render->use_strategy = 1;
+            render->strategy = (brume_strategy)i;
+            render->positions = positions;
+            return 0;
+        }
+    return wrong_value(OPTION_STRATEGY, value);
+}
+
+static int parse_indirect(brume_render_desc *render, const char *value)
+{
+    const char *name;
+    for (int i = 0; (name = brume_indirect_name((brume_indirect)i)) != NULL; i++)
+        if (strcmp(name, value) == 0) {
+            render->use_indirect = 1;
+            render->indirect = (brume_indirect)i;
+            return 0;
+        }
+    return wrong_value(OPTION_INDIRECT, value);
+}
+
 static int parse_value(cli_options *options, option_id id, const char *value)
 {
     brume_render_desc *render = &options->render;
@@ -200,6 +240,10 @@ static int parse_value(cli_options *options, option_id id, const char *value)
         render->use_seed = 1;
         render->seed = a;
         return 0;
+    case OPTION_STRATEGY:
+        return parse_strategy(render, value);
+    case OPTION_INDIRECT:
+        return parse_indirect(render, value);
     case OPTION_CROP:
         if (!parse_uint(&text, ',', &x0) || !parse_uint(&text, ',', &x1) || !parse_uint(&text, ',', &y0) ||
             !parse_uint(&text, 0, &y1) || x0 >= x1 || y0 >= y1)

@@ -96,6 +96,9 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_count(file, "first_sample", stats->first_sample);
     member_count(file, "sample_count", stats->sample_count);
     member_count(file, "seed", stats->seed);
+    member_string(file, "strategy", brume_strategy_name(stats->strategy));
+    member_count(file, "positions", stats->positions);
+    member_string(file, "indirect", brume_indirect_name(stats->indirect));
     fprintf(file, ",\"complete\":%s", stats->complete ? "true" : "false");
     member_count(file, "samples", stats->samples);
     member_count(file, "bad_samples", stats->bad_samples);

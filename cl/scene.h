@@ -11,6 +11,12 @@
 #define FEATURES FEATURE_ALL
 #endif
 #define HAS(feature) ((FEATURES & FEATURE_##feature) != 0)
+#ifndef STRATEGY
+#define STRATEGY STRATEGY_AUTO
+#endif
+#ifndef INDIRECT
+#define INDIRECT INDIRECT_AUTO
+#endif
 
 typedef struct {
     __global const b_params *params;

@@ -32,6 +32,21 @@ typedef uint32_t b_uint;
 #define FEATURE_GUIDES 256     /* first-hit albedo, normal and depth are recorded */
 #define FEATURE_ALL 511
 
+/* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
+#define STRATEGY_AUTO 0
+#define STRATEGY_SPHERICAL 1
+#define STRATEGY_DISTANCE 2
+#define STRATEGY_EQUIANGULAR 3
+#define STRATEGY_EQUIANGULAR_CONE 4
+#define STRATEGY_MIS 5
+#define STRATEGY_PRODUCT 6
+#define STRATEGY_SYSTEMATIC 7
+#define STRATEGY_RASTER 8
+#define INDIRECT_AUTO 0
+#define INDIRECT_PHASE 1
+#define INDIRECT_MIXTURE 2
+#define INDIRECT_RAY_LIGHTS 3
+
 /* ---- geometry ------------------------------------------------------------------------------------------------- */
 
 /* BVH8 node, 256 bytes. Empty slots have lo = 1e30, hi = -1e30 and follow the used ones. child >= 0 is a node;
@@ -239,8 +254,11 @@ typedef struct {
     float scene_radius;
     int emitter_cdf;             /* first of emitter_count + 1 entries in cdf[] */
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
+
+    int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
+    int pad[3];
 } b_params;
-SIZE_IS(b_params, 288);
+SIZE_IS(b_params, 304);
 
 /* ---- film ------------------------------------------------------------------------------------------------------- */
 

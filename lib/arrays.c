@@ -18,7 +18,7 @@ PIN(b_texture, 80);
 PIN(b_medium, 48);
 PIN(b_light, 96);
 PIN(b_emitter, 16);
-PIN(b_params, 288);
+PIN(b_params, 304);
 
 brume_result brume_arrays_alloc(const brume_scene *scene, const char *what, size_t count, size_t size,
                                 void *out_pointer) {

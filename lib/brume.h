@@ -293,6 +293,32 @@ BRUME_API brume_result brume_scene_set_film(brume_scene *scene, const brume_film
 
 typedef enum brume_sampler { BRUME_SAMPLER_SOBOL = 0, BRUME_SAMPLER_INDEPENDENT = 1 } brume_sampler;
 
+/* How light that point-like lamps scatter towards the eye is estimated along a ray through a medium: a ladder from the
+ * plainest way to the least noise. All are unbiased; they differ in error for a time. Numbers are stable. */
+typedef enum brume_strategy {
+    BRUME_STRATEGY_AUTO = 0,             /* per segment what suits it best; the default */
+    BRUME_STRATEGY_SPHERICAL = 1,        /* uniform points, uniform directions; finds no lamp without extent at all */
+    BRUME_STRATEGY_DISTANCE = 2,         /* a point in proportion to transmittance, light sampled there */
+    BRUME_STRATEGY_EQUIANGULAR = 3,      /* a point equiangularly about the lamp (Kulla & Fajardo 2012) */
+    BRUME_STRATEGY_EQUIANGULAR_CONE = 4, /* clipped to the spot's cone */
+    BRUME_STRATEGY_MIS = 5,              /* and combined with truncated transmittance */
+    BRUME_STRATEGY_PRODUCT = 6,          /* a point in proportion to all but visibility; without an occluder, an integral */
+    BRUME_STRATEGY_SYSTEMATIC = 7,       /* several evenly spaced such points with one common offset */
+    BRUME_STRATEGY_RASTER = 8            /* the visibility of all of them found by one walk through the hierarchy */
+} brume_strategy;
+
+/* How light that scatters more than once in a medium is looked for. */
+typedef enum brume_indirect {
+    BRUME_INDIRECT_AUTO = 0,      /* the default: RAY_LIGHTS where the scene has lamps in a medium, else PHASE */
+    BRUME_INDIRECT_PHASE = 1,     /* by paths that follow the phase function */
+    BRUME_INDIRECT_MIXTURE = 2,   /* or turn towards a lamp now and then */
+    BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012) */
+} brume_indirect;
+
+/* "equiangular-cone" and so on, as in scene files and on the command line; NULL for other numbers. */
+BRUME_API const char *brume_strategy_name(brume_strategy strategy);
+BRUME_API const char *brume_indirect_name(brume_indirect indirect);
+
 typedef struct brume_integrator_desc {
     uint32_t cookie;
     int32_t max_depth;       /* path edges: 1 sees lights only, 2 adds one scattering event; -1 for no limit */
@@ -302,6 +328,9 @@ typedef struct brume_integrator_desc {
     brume_sampler sampler;   /* SOBOL */
     uint32_t sample_count;   /* per pixel; 16 */
     uint32_t seed;           /* 0 */
+    brume_strategy strategy; /* AUTO */
+    uint32_t positions;      /* of SYSTEMATIC and RASTER on a segment, a power of two up to 64; 0: what suits each */
+    brume_indirect indirect; /* AUTO */
 } brume_integrator_desc;
 
 BRUME_API brume_integrator_desc brume_integrator_desc_default(void);
@@ -328,6 +357,11 @@ typedef struct brume_render_desc {
     uint32_t use_crop;         /* override the scene's crop; 0 */
     uint32_t crop_x, crop_y, crop_width, crop_height;
     uint32_t generic;          /* compile everything, whatever the scene calls for; 0 */
+    uint32_t use_strategy;     /* override the scene's strategy and positions; 0 */
+    brume_strategy strategy;
+    uint32_t positions;
+    uint32_t use_indirect;     /* override the scene's; 0 */
+    brume_indirect indirect;
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
@@ -365,6 +399,9 @@ typedef struct brume_render_stats {
     uint32_t lights, emitters, media;
     uint32_t first_sample, sample_count; /* the range asked for */
     uint32_t seed;
+    brume_strategy strategy;
+    uint32_t positions;             /* as asked for */
+    brume_indirect indirect;
     uint32_t complete;              /* every sample of it is in the film */
     uint64_t samples;               /* in the film, over all pixels */
     uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */

@@ -1,9 +1,12 @@
 /* mitsuba_integrator.c -- path, volpath, volpathmis, direct: all are the one path tracer of this library.
  *
  * path and direct ignore media, as in Mitsuba; direct is a path of two edges. What changes only how many samples are
- * taken where is accepted; since the samples per pixel are then not those of Mitsuba, with a warning.
+ * taken where is accepted; since the samples per pixel are then not those of Mitsuba, with a warning. Three properties
+ * are extensions: strategy, positions and indirect choose estimators (brume.h).
  */
 #include "mitsuba.h"
+
+#include "strategy.h"
 
 static void warn_samples(mitsuba_object *o, const char *name) {
     const mitsuba_property *p = mitsuba_find(o, name);
@@ -13,6 +16,18 @@ static void warn_samples(mitsuba_object *o, const char *name) {
     if (count != 1)
         mitsuba_warn(o->reader, p->node, "%s is ignored: one sample of each kind is taken; it changes noise only",
                      name);
+}
+
+/* Ours, not Mitsuba's: how light in media is estimated. */
+static void read_estimators(mitsuba_object *o, brume_integrator_desc *desc) {
+    int64_t positions = mitsuba_integer(o, "positions", 0);
+    mitsuba_require(o, "strategy", brume_strategy_find(mitsuba_string(o, "strategy", "auto"), &desc->strategy),
+                    "be auto, spherical, distance, equiangular, equiangular-cone, mis, product, systematic or raster");
+    mitsuba_require(o, "positions", positions >= 0 && positions <= 64 && brume_positions_valid((uint32_t)positions),
+                    "be a power of two up to 64, or 0");
+    mitsuba_require(o, "indirect", brume_indirect_find(mitsuba_string(o, "indirect", "auto"), &desc->indirect),
+                    "be auto, phase, mixture or ray-lights");
+    desc->positions = (uint32_t)positions;
 }
 
 void mitsuba_read_integrator(mitsuba_reader *reader, xml_node *node) {
@@ -30,6 +45,7 @@ void mitsuba_read_integrator(mitsuba_reader *reader, xml_node *node) {
         mitsuba_require(&o, "max_depth", max_depth >= -1 && max_depth <= INT32_MAX, "be -1 (no limit) or not negative");
         mitsuba_require(&o, "rr_depth", rr_depth >= 1 && rr_depth <= INT32_MAX, "be positive");
     }
+    read_estimators(&o, desc);
     desc->hide_emitters = (uint32_t)mitsuba_boolean(&o, "hide_emitters", 0);
     reader->ignores_media = is_direct || mitsuba_is(&o, "path");
     desc->ignore_media = (uint32_t)reader->ignores_media;

@@ -99,6 +99,8 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         attributes[n++] = text_attribute("device", render->device->info.name);
         attributes[n++] = text_attribute("samplerName",
                                          render->params.sampler == SAMPLER_SOBOL ? "sobol" : "independent");
+        attributes[n++] = text_attribute("strategy", brume_strategy_name(s->strategy));
+        attributes[n++] = text_attribute("indirect", brume_indirect_name(s->indirect));
         char seed[16], first[16]; /* text: EXR's integers end at 2^31 */
         snprintf(seed, sizeof seed, "%u", (unsigned)s->seed);
         snprintf(first, sizeof first, "%u", (unsigned)s->first_sample);

@@ -11,6 +11,7 @@
 
 #include "clock.h"
 #include "program.h"
+#include "strategy.h"
 
 #define LAUNCH_SECONDS 0.05
 enum {
@@ -45,6 +46,16 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
     if (count > UINT32_MAX - desc->first_sample)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: sample %u + %u is beyond 2^32",
                           desc->first_sample, count);
+    if (desc->use_strategy && !brume_strategy_name(desc->strategy))
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: unknown strategy %d",
+                          (int)desc->strategy);
+    if (desc->use_strategy && !brume_positions_valid(desc->positions))
+        return brume_fail(context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_create: positions is %u; expected a power of two up to 64, or 0",
+                          desc->positions);
+    if (desc->use_indirect && !brume_indirect_name(desc->indirect))
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: unknown indirect %d",
+                          (int)desc->indirect);
     if (scene->context != context)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: the scene is another context's");
     if (!scene->has_sensor) return brume_fail(context, BRUME_ERROR_SCENE, "the scene has no sensor");
@@ -135,9 +146,10 @@ static brume_result build_kernel(brume_render *render, const brume_arrays *array
     if (render->desc.generic) features = FEATURE_ALL & ~(uint32_t)FEATURE_GUIDES;
     if (render->desc.guides) features |= FEATURE_GUIDES;
     render->stats.features = features;
-    char options[128];
-    snprintf(options, sizeof options, "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u", features,
-             arrays->bvh.stack_size, (unsigned)render->local_size);
+    char options[160];
+    snprintf(options, sizeof options, "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d",
+             features, arrays->bvh.stack_size, (unsigned)render->local_size, (int)render->desc.strategy,
+             (int)render->desc.indirect);
     brume_result result = brume_program_build(device, "path.cl", render->stats.lanes, render->desc.precision, options,
                                               &render->program);
     if (result != BRUME_OK) return result;
@@ -172,6 +184,9 @@ static void fill_stats(brume_render *render, const brume_arrays *a) {
     s->first_sample = render->desc.first_sample;
     s->sample_count = render->desc.sample_count;
     s->seed = a->params.seed;
+    s->strategy = render->desc.strategy;
+    s->positions = render->desc.positions;
+    s->indirect = render->desc.indirect;
     s->bvh_seconds = a->bvh_seconds;
 }
 
@@ -213,6 +228,11 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     }
     if (desc.sample_count == 0) desc.sample_count = scene->integrator.sample_count;
     if (desc.use_seed) arrays.params.seed = desc.seed;
+    if (!desc.use_strategy) {
+        desc.strategy = scene->integrator.strategy;
+        desc.positions = scene->integrator.positions;
+    }
+    if (!desc.use_indirect) desc.indirect = scene->integrator.indirect;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;

@@ -4,6 +4,7 @@
  * A refused call leaves the scene as it was.
  */
 #include "scene_check.h"
+#include "strategy.h"
 
 #include <math.h>
 #include <stdlib.h>
@@ -296,6 +297,12 @@ brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrat
         REFUSE("integrator: sampler %d is none", (int)desc->sampler);
     if (desc->sample_count < 1)
         REFUSE("integrator: sample_count must be at least 1");
+    if (!brume_strategy_name(desc->strategy))
+        REFUSE("integrator: strategy %d is none", (int)desc->strategy);
+    if (!brume_positions_valid(desc->positions))
+        REFUSE("integrator: positions must be a power of two up to 64, or 0, not %u", (unsigned)desc->positions);
+    if (!brume_indirect_name(desc->indirect))
+        REFUSE("integrator: indirect %d is none", (int)desc->indirect);
     scene->integrator = *desc;
     return BRUME_OK;
 }
