@@ -1,4 +1,4 @@
-/* beam.h -- a ray segment and a point-like light: the geometry of single scattering, and how to sample it.
+/* beam.h -- a ray segment and a lamp with a place: the geometry of single scattering, and how to sample it.
  *
  * With the light at distance D from the line and t' the signed distance along the ray from the closest point,
  * everything is a function of the angle theta, t' = D tan theta, and 1/distance^2 cancels (equiangular sampling, Kulla
@@ -10,7 +10,7 @@
 #ifndef BRUME_BEAM_H
 #define BRUME_BEAM_H
 
-#include "light_delta.h"
+#include "lamp.h"
 #include "phase_hg.h"
 
 /* Angles x0..x1 (relative to theta*) between the points t0..t1 (relative to the closest point), t0 <= t1. */
@@ -49,54 +49,58 @@ FN beam_interval beam_clip(const beam *g, real start, real end, real xa, real xb
     return i;
 }
 
+FN beam_interval beam_interval_select(mask m, beam_interval a, beam_interval b) {
+    beam_interval i;
+    i.x0 = m ? a.x0 : b.x0;
+    i.t0 = m ? a.t0 : b.t0;
+    i.t1 = m ? a.t1 : b.t1;
+    i.width = m ? a.width : b.width;
+    return i;
+}
+
 FN beam_interval beam_nothing(void) {
     beam_interval i;
     i.x0 = i.t0 = i.t1 = i.width = R(0);
     return i;
 }
 
-/* The segment o + t d, t in [0, t_end], and a point or spot light. */
-FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
+/* The segment o + t d, t in [0, t_end], and a lamp with a place. */
+FN beam beam_of(const lamp *l, vec o, vec d, real t_end) {
     beam g;
-    vec position = vuniform(light->position);
-    vec w = vsub(position, o);
+    vec w = vsub(l->position, o);
     g.delta = vdot(w, d);
     vec e = vmad(d, -g.delta, w);
     real again = vdot(e, d);
     e = vmad(d, -again, e);
     g.delta = g.delta + again;
     real distance = vlength(e);
-    /* Below the rounding of the two positions the distance means nothing; the floor keeps width / D finite. */
-    real extent = lmax(lmax(fabs(o.x), fabs(o.y)), fabs(o.z)) +
-                  R(light_extent(light));
-    g.D = lmax(distance, lmax(extent * R(0x1p-21f), R(1e-18)));
+    /* The floor keeps width / D finite. */
+    g.D = lmax(distance, lmax(lamp_resolution(l, o), R(1e-18)));
     vec across, unused;
     orthonormal_basis(d, &across, &unused);
     g.n = vselect(distance > R(0), vscale(e, R(-1) / lmax(distance, R(1e-30))), across);
 
     real start = -g.delta, end = t_end - g.delta;
-    mask dark = FALSE_MASK, all = TRUE_MASK; /* a point light reaches the whole line */
-    real half_width = R(4);
-    if (light->kind == LIGHT_SPOT) {
-        vec axis = vuniform(light->axis);
-        real along_n = vdot(axis, g.n), along_d = vdot(axis, d);
-        real out_of_plane = vdot(axis, vcross(g.n, d));
-        g.rho = sqrt(square(along_n) + square(along_d));
-        mask some = g.rho > R(1e-12);
-        g.cs = some ? along_n / lmax(g.rho, R(1e-12)) : R(1);
-        g.sn = some ? along_d / lmax(g.rho, R(1e-12)) : R(0);
-        g.versine_out_of_plane = square(out_of_plane) / (R(1) + g.rho);
-        real v_room = R(light->v_cutoff) - g.versine_out_of_plane;
-        dark = v_room < R(0);
-        all = v_room >= R(2) * g.rho;
-        real k = lclamp(v_room / lmax(R(2) * g.rho, R(1e-24)), R(0), R(1));
-        half_width = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
-    } else {
-        g.rho = R(1);
-        g.cs = R(1);
-        g.sn = R(0);
-        g.versine_out_of_plane = R(0);
-    }
+    real along_n = vdot(l->axis, g.n), along_d = vdot(l->axis, d);
+    real out_of_plane = vdot(l->axis, vcross(g.n, d));
+    g.rho = sqrt(square(along_n) + square(along_d));
+    mask some = g.rho > R(1e-12);
+    g.cs = some ? along_n / lmax(g.rho, R(1e-12)) : R(1);
+    g.sn = some ? along_d / lmax(g.rho, R(1e-12)) : R(0);
+    g.versine_out_of_plane = square(out_of_plane) / (R(1) + g.rho);
+    real v_room = l->v_cutoff - g.versine_out_of_plane;
+    mask dark = l->cone & (v_room < R(0));
+    mask all = v_room >= R(2) * g.rho;
+    real k = lclamp(v_room / lmax(R(2) * g.rho, R(1e-24)), R(0), R(1));
+    real half_width = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
+    /* A point light reaches the whole line. */
+    all = all | !l->cone;
+    g.rho = l->cone ? g.rho : R(1);
+    g.cs = l->cone ? g.cs : R(1);
+    g.sn = l->cone ? g.sn : R(0);
+    g.versine_out_of_plane = l->cone ? g.versine_out_of_plane : R(0);
+    half_width = l->cone ? half_width : R(4);
+
     real xa = latan2(difference_of_products(start, g.cs, g.D, g.sn), fma(g.D, g.cs, start * g.sn));
     real xb = latan2(difference_of_products(end, g.cs, g.D, g.sn), fma(g.D, g.cs, end * g.sn));
     mask turned = (xb < R(0)) & (xa > R(0)) & (end > start);
@@ -110,54 +114,90 @@ FN beam beam_of(__global const b_light *light, vec o, vec d, real t_end) {
     mask wraps = (!all) & (!none) & (xb > R(2 * PI) - half_width);
     if (ANY(wraps)) {
         beam_interval b = beam_clip(&g, start, end, xa, xb, R(2 * PI) - half_width, R(2 * PI) + half_width);
-        g.b.x0 = wraps ? b.x0 : R(0);
-        g.b.t0 = wraps ? b.t0 : R(0);
-        g.b.t1 = wraps ? b.t1 : R(0);
-        g.b.width = wraps ? b.width : R(0);
+        g.b = beam_interval_select(wraps, b, g.b);
     }
     return g;
 }
 
-/* t' at the share u of an interval's angle; within it for every u in [0, 1]. */
+/* The whole segment as one interval, lit or not. */
+FN beam_interval beam_whole(const beam *g, real t_end) {
+    beam_interval i;
+    i.t0 = -g->delta;
+    i.t1 = t_end - g->delta;
+    i.x0 = latan2(difference_of_products(i.t0, g->cs, g->D, g->sn), fma(g->D, g->cs, i.t0 * g->sn));
+    i.width = latan2(g->D * t_end, fma(i.t0, i.t1, square(g->D)));
+    return i;
+}
+
+/* t' at the share u of an interval's angle; within it for every u in [0, 1]. By the addition theorem of the tangent from
+ * the nearer end, where nothing cancels. */
 FN real beam_equiangular(const beam *g, beam_interval i, real u) {
     real y = u * i.width, z = (R(1) - u) * i.width;
-    /* From whichever side of the closest point: tan of the angle to the infinite end keeps the digits. */
-    real right = latan2(g->D, i.t1) + z, left = latan2(g->D, -i.t0) + y;
-    real sr, cr, sl, cl, sy, cy, sz, cz;
-    lsincos(right, &sr, &cr);
-    lsincos(left, &sl, &cl);
-    real t = right < left ? g->D * cr / sr : -g->D * cl / sl;
-    /* Far and narrow: increments from the nearer end. */
-    lsincos(y, &sy, &cy);
-    lsincos(z, &sz, &cz);
-    real far = lmax(fabs(i.t0), fabs(i.t1));
-    real D2 = square(g->D);
-    real from0 = i.t0 + (D2 + square(i.t0)) * sy / fma(g->D, cy, -i.t0 * sy);
-    real from1 = i.t1 - (D2 + square(i.t1)) * sz / fma(g->D, cz, i.t1 * sz);
-    mask narrow = (i.width < R(0.02)) & (far * i.width < R(0.25) * g->D);
-    t = narrow ? (fabs(i.t1) < fabs(i.t0) ? from1 : from0) : t;
+    mask left = y < z;
+    real end = left ? i.t0 : -i.t1, s, c;
+    lsincos(left ? y : z, &s, &c);
+    real t = g->D * (fma(end, c, g->D * s) / difference_of_products(g->D, c, end, s));
+    /* The infinite end: rounding can carry the denominator past 0. */
+    t = left ? t : -t;
     return lclamp(t, i.t0, i.t1);
 }
 
-/* 1 - cos of the angle to the spot's axis, at t'. */
-FN real beam_versine(const beam *g, real t) {
-    real x = latan2(difference_of_products(t, g->cs, g->D, g->sn), fma(g->D, g->cs, t * g->sn));
+/* A point of the ray, and the angle at which the lamp sees it. */
+typedef struct {
+    real t;        /* from the closest point */
+    real distance; /* of the lamp */
+    real x;        /* relative to theta* */
+} beam_point;
+
+FN beam_point beam_point_at(const beam *g, real t) {
+    beam_point p;
+    p.t = t;
+    p.distance = sqrt(fma(t, t, square(g->D)));
+    p.x = latan2(difference_of_products(t, g->cs, g->D, g->sn), fma(g->D, g->cs, t * g->sn));
+    return p;
+}
+
+/* Equiangularly, as beam_equiangular. */
+FN beam_point beam_point_of(const beam *g, beam_interval i, real u) {
+    beam_point p;
+    p.t = beam_equiangular(g, i, u);
+    p.distance = sqrt(fma(p.t, p.t, square(g->D)));
+    p.x = fma(u, i.width, i.x0);
+    return p;
+}
+
+/* 1 - cos of the angle to the lamp's axis. */
+FN real beam_versine(const beam *g, real x) {
     real s, c;
     lsincos(R(0.5) * x, &s, &c);
     return g->versine_out_of_plane + R(2) * g->rho * square(s);
 }
 
-/* What the medium and the light do at t', without transmittance: falloff, phase. */
-FN real beam_response(const beam *g, __global const b_light *light, real t, real distance, real phase_g) {
-    /* Directions of travel: along d, then from the point to the eye is -d; light arrives along (D n + t' d) / distance,
-     * so 1 - cos of the scattering angle is 1 + t'/distance = 1 + sin theta. For g < 0 seen from behind, where 2 - v
-     * would lose the digits near the peak. */
+/* The way from the eye to the point and on to the lamp, less the way from the eye to the point closest to it:
+ * t' + distance. */
+FN real beam_path(const beam *g, real t, real distance) {
+    return t < R(0) ? square(g->D) / (distance - t) : t + distance;
+}
+
+/* 1 - cos of the scattering angle, counted from the phase function's peak. Directions of travel: light arrives along
+ * (D n + t' d) / distance, and leaves for the eye along -d; so it is 1 + t'/distance, or 1 - t'/distance for g < 0, where
+ * 2 - v would lose the digits near the peak. */
+FN real beam_turn(const beam *g, real t, real distance, real phase_g) {
     real s = t / distance;
     s = phase_g < R(0) ? -s : s;
-    real v = s > R(0) ? R(1) + s : square(g->D / distance) / (R(1) - s);
-    real f = hg_density(v, fabs(phase_g));
-    if (light->kind == LIGHT_SPOT) f = f * spot_falloff(light, beam_versine(g, t));
+    return s > R(0) ? R(1) + s : square(g->D / distance) / (R(1) - s);
+}
+
+/* What the medium and the lamp do at a point, without transmittance: falloff, phase. */
+FN real beam_response(const beam *g, const lamp *l, beam_point p, real phase_g) {
+    real f = hg_density(beam_turn(g, p.t, p.distance, phase_g), fabs(phase_g));
+    if (ANY(l->cone)) f = f * lamp_falloff(l, beam_versine(g, p.x));
     return f;
+}
+
+/* Towards the lamp. */
+FN vec beam_wi(const beam *g, vec d, beam_point p) {
+    return vscale(vmad(d, p.t, vscale(g->n, g->D)), R(-1) / p.distance);
 }
 
 #endif

@@ -7,8 +7,9 @@
 #ifndef BRUME_MEDIUM_H
 #define BRUME_MEDIUM_H
 
-#include "scene.h"
 #include "math.h"
+#include "random.h"
+#include "scene.h"
 
 typedef struct {
     rgb sigma_t, albedo, emission;
@@ -83,6 +84,22 @@ FN flight medium_flight(const medium *m, rgb throughput, real t_end, real u_chan
     rgb scattered = cscale(cmul(m->albedo, collide), R(1) / lmax(density_collide, R(1e-37)));
     rgb passed = cscale(relative, R(1) / lmax(density_pass, R(1e-37)));
     f.weight = cselect(f.scatters, scattered, passed);
+    return f;
+}
+
+/* STRATEGY_SPHERICAL's: every other flight scatters, at a point uniform over the segment; an infinite one, over which
+ * nothing is uniform, is flown as ever. */
+FN flight medium_flight_uniform(const medium *m, rgb throughput, real t_end, random4 u) {
+    flight f = medium_flight(m, throughput, t_end, unit(u.y), unit_positive(u.w));
+    mask finite = (t_end > R(0)) & (t_end < R(1e17));
+    real w = unit(u.w);
+    mask scatters = w < R(0.5);
+    real t = scatters ? lmin(R(2) * w * t_end, t_end) : t_end;
+    rgb through = cscale(medium_transmittance(m->sigma_t, t), R(2));
+    rgb weight = cselect(scatters, cscale(cmul(cmul(m->sigma_t, m->albedo), through), t_end), through);
+    f.scatters = (finite & scatters) | (f.scatters & !finite);
+    f.t = finite ? t : f.t;
+    f.weight = cselect(finite, weight, f.weight);
     return f;
 }
 

@@ -22,6 +22,10 @@
  * weight by its inverse, and at 0.95 the variance of a thick white medium of hundreds of events is unbounded. */
 #define MAX_SURVIVAL R(0.995)
 
+/* Else light is found by chance alone. */
+#define PATH_SAMPLES_LIGHT \
+    ((HAS(DELTA_LIGHTS) || HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) ? STRATEGY != STRATEGY_SPHERICAL : 0)
+
 /* Light from beyond the scene, for lanes that left it. */
 FN void path_leave(const scene *s, path *p, mask left) {
     mask sees = left & !((p->depth == I(0)) & (I(s->params->hide_emitters) != I(0)));
@@ -83,20 +87,25 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
         bsdf_sampled b = bsdf_sample(&v->b, v->wo, unit(u.x), unit(u.y), unit(u.z));
         d = vselect(at_surface, to_world(&v->frame, b.wi), d);
         weight = cselect(at_surface, b.weight, weight);
-        mask spread = at_surface & !b.is_delta;
+        mask spread = at_surface & !b.is_delta & (STRATEGY == STRATEGY_SPHERICAL ? FALSE_MASK : TRUE_MASK);
         pdf = spread ? b.pdf : pdf;
         p->eta = at_surface ? p->eta * b.eta : p->eta;
     }
     if (HAS(MEDIA) && ANY(v->in_medium)) {
         real phase;
         vec turned = phase_hg_sample(p->d, v->g, unit(u.y), unit(u.z), &phase);
+        if (STRATEGY == STRATEGY_SPHERICAL) {
+            turned = warp_sphere(unit(u.y), unit(u.z));
+            weight = cselect(v->in_medium, cgrey(phase_hg(p->d, turned, v->g) * R(4 * PI)), weight);
+            phase = R(-1); /* nothing competes */
+        }
         d = vselect(v->in_medium, turned, d);
         pdf = v->in_medium ? phase : pdf;
     }
     mask turns = at_surface | v->in_medium;
     mask on_surface = at_surface | through;
     p->alive = p->alive & (turns | through);
-    p->throughput = cselect(at_surface, cmul(p->throughput, weight), p->throughput);
+    p->throughput = cselect(turns, cmul(p->throughput, weight), p->throughput);
     p->t_max = through ? p->t_max - t : FAR_AWAY;
     p->travelled = p->travelled + t;
     p->o = vselect(on_surface, offset_origin(v->p, v->ng, d), v->p);
@@ -152,7 +161,8 @@ FN void path_step(const scene *s, const film *f, path *p) {
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
     v.in_medium = scatters;
     mask lit = v.at_surface & !specular;
-    if (HAS(DELTA_LIGHTS) || HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) {
+    if (STRATEGY == STRATEGY_DISTANCE) lit = lit | (v.in_medium & (p->depth + I(2) <= max_depth));
+    if (PATH_SAMPLES_LIGHT) {
         random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
         if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(lit)) path_sample_lamps(s, p, &v, unit(u.w), lit);
         mask offered = lit | v.in_medium;

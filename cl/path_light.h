@@ -1,7 +1,7 @@
 /* path_light.h -- light sampling where a path scatters: lamps without extent, emitters, environment.
  *
  * Lamps are sampled here at surfaces only: what they scatter in a medium has been gathered along the whole segment
- * already (path_medium.h). Emitters and the environment can also be met by the path itself, so that light sampling
+ * already (path_medium.h); but with STRATEGY_DISTANCE here, too. Emitters and the environment can also be met by the path itself, so that light sampling
  * and path share the work by the power heuristic (Veach 1997).
  */
 #ifndef BRUME_PATH_LIGHT_H
@@ -9,7 +9,7 @@
 
 #include "bsdf.h"
 #include "emitter.h"
-#include "light_delta.h"
+#include "light_choice.h"
 #include "path_state.h"
 #include "phase_hg.h"
 #include "reservoir.h"
@@ -37,35 +37,19 @@ FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
 
 FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light, mask live) {
-    reservoir r = reservoir_start(u_light);
-    int count = s->params->light_count;
-    for (int k = 0; k < count; k++) {
-        delta_arrival a = delta_light_at(s, &s->lights[k], v->p);
-        /* Every surface that is not specular only reflects: a lamp on the other side gives it nothing. */
-        real cosine = vdot(a.wi, v->frame.n);
-        mask faces = live & (cosine * v->wo.z > R(0));
-        reservoir_offer(&r, I(k), luminance(a.irradiance) * lmax(fabs(cosine), R(1e-3)), faces);
-    }
-    live = live & (r.choice >= I(0));
+    real share;
+    ireal choice = lamp_choose_for_point(s, v->p, v->frame.n, v->wo.z, v->in_medium, u_light, live, &share);
+    live = live & (choice >= I(0));
     if (!ANY(live)) return;
-    delta_arrival chosen;
-    chosen.wi = v->frame.n;
-    chosen.distance = R(0);
-    chosen.irradiance = cgrey(R(0));
-    for (int k = 0; k < count; k++) {
-        mask this = live & (r.choice == I(k));
-        if (!ANY(this)) continue;
-        delta_arrival a = delta_light_at(s, &s->lights[k], v->p);
-        chosen.wi = vselect(this, a.wi, chosen.wi);
-        chosen.distance = this ? a.distance : chosen.distance;
-        chosen.irradiance = cselect(this, a.irradiance, chosen.irradiance);
-    }
-    bsdf_value f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, chosen.wi));
-    rgb value = cscale(cmul(f.f, chosen.irradiance), R(1) / lmax(reservoir_share(&r), R(1e-30)));
+    lamp l = lamp_gather(s, live ? choice : I(0));
+    lamp_arrival a = lamp_at(s, &l, v->p);
+    rgb f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, a.wi)).f;
+    if (STRATEGY == STRATEGY_DISTANCE && HAS(MEDIA)) f = cselect(v->in_medium, cgrey(phase_hg(p->d, a.wi, v->g)), f);
+    rgb value = cscale(cmul(f, a.irradiance), R(1) / lmax(share, R(1e-30)));
     live = live & !is_black(value);
     if (!ANY(live)) return;
-    rgb seen = visibility(s, vertex_origin(v, chosen.wi), chosen.wi, chosen.distance * SHORT_OF_LIGHT,
-                          vertex_medium(s, p, v, chosen.wi), live);
+    rgb seen = visibility(s, vertex_origin(v, a.wi), a.wi, a.distance * SHORT_OF_LIGHT, vertex_medium(s, p, v, a.wi),
+                          live);
     path_add(p, live, cmul(value, seen));
 }
 

@@ -6,6 +6,9 @@
 #include "scatter_segment.h"
 #include "visibility.h"
 
+/* Whether lamps are gathered along segments; else where a path scatters, or never. */
+#define STRATEGY_GATHERS (STRATEGY != STRATEGY_SPHERICAL && STRATEGY != STRATEGY_DISTANCE)
+
 /* Everything that the medium does along the segment up to t; returns which lanes scatter, and moves `t` there. */
 FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     mask in = p->alive & (p->medium >= I(0));
@@ -23,20 +26,24 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         u.w = select32(camera, pixel.w, u.w);
     }
     mask gathers = scattering & (p->depth + I(2) <= max_depth);
-    if (HAS(DELTA_LIGHTS) && ANY(gathers)) {
-        in_scatter g = scatter_along(s, p->o, p->d, *t, m, unit(u.x), unit(u.y), unit(u.z), gathers);
-        mask some = gathers & g.some;
-        if (ANY(some)) {
-            rgb seen = visibility(s, vmad(p->d, g.t, p->o), g.wi, g.distance * SHORT_OF_LIGHT, p->medium, some);
-            path_add(p, some, cmul(g.value, seen));
-        }
+    if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && STRATEGY_GATHERS && ANY(gathers)) {
+        segment at;
+        at.o = p->o;
+        at.d = p->d;
+        at.t_end = *t;
+        at.m = *m;
+        at.inside = p->medium;
+        at.primary = p->depth == I(0);
+        path_add(p, gathers, scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), gathers));
     }
 
     /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
      * light that a ray can meet, one more scattering event for lamps. Otherwise the segment only attenuates. */
-    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3);
+    ireal needed = p->depth + I(s->params->surfaces_emit || !STRATEGY_GATHERS ? 2 : 3);
     mask may = scattering & (needed <= max_depth);
-    flight f = medium_flight(m, p->throughput, may ? *t : R(0), unit(u.y), unit_positive(u.w));
+    real t_end = may ? *t : R(0);
+    flight f = STRATEGY == STRATEGY_SPHERICAL ? medium_flight_uniform(m, p->throughput, t_end, u)
+                                              : medium_flight(m, p->throughput, t_end, unit(u.y), unit_positive(u.w));
     rgb through = cselect(may, f.weight, medium_transmittance(m->sigma_t, *t));
     p->throughput = cselect(in, cmul(p->throughput, through), p->throughput);
     mask scatters = may & f.scatters;

@@ -1,129 +1,252 @@
-/* scatter_segment.h -- light of lamps without extent, scattered once towards the eye along a segment through a medium.
+/* scatter_segment.h -- light of lamps scattered once towards the eye along a segment through a medium: the strategies.
  *
- * The integral over the whole segment is estimated with one point: a light is chosen by what it would give at the
- * middle of its lit interval; a point, half the time equiangularly over the lit interval, half the time in proportion
- * to transmittance there, combined by the balance heuristic (Veach 1995; Georgiev et al. 2013; Kulla & Fajardo 2012).
+ * The lower rungs take one point (scatter_point.h). From STRATEGY_PRODUCT on, a lamp whose way to the segment is clear is
+ * integrated without noise (beam_integral.h); else points are taken in proportion to all but visibility (beam_table.h): one
+ * for PRODUCT, several with one common offset for SYSTEMATIC, and RASTER finds the visibility of all by one walk
+ * (traverse_wedge.h). Systematic points share their offset because it is one dimension of a low-discrepancy set.
+ *
+ * STRATEGY_AUTO does what the upper rungs do where light comes straight to the eye, for every lamp if they are few. What
+ * scattered before has more noise than one more point would remove: one lamp, one point.
  */
 #ifndef BRUME_SCATTER_SEGMENT_H
 #define BRUME_SCATTER_SEGMENT_H
 
-#include "beam.h"
-#include "medium.h"
-#include "reservoir.h"
+#include "beam_integral.h"
+#include "beam_table.h"
+#include "scatter_point.h"
+#include "traverse_wedge.h"
+#include "visibility.h"
 
-/* A point on the segment and the light that it scatters to the eye, if nothing hides it: `value` lacks the
- * transmittance from the light to the point. */
+#define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
+/* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
+#define STRATEGY_HAS_WEDGE (STRATEGY_IS_PRODUCT && !HAS(NULL))
+#define STRATEGY_HAS_RASTER ((STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER) && !HAS(NULL))
+
+/* So few lamps are all looked at along a camera ray. */
+#ifndef EVERY_LAMP
+#define EVERY_LAMP 8
+#endif
+
+/* Points of a lamp that nothing hides, where beam_integral doesn't suffice. */
+#define OPEN_POSITIONS 16
+
+/* Closer to the ray than this share of the scene the lamp and the ray span no plane worth trusting. */
+#define WEDGE_LEAST R(1e-4)
+
+typedef union { ureal32 all; uint one[LANES]; } lanes_of_u32;
+
+/* A segment and its medium. */
 typedef struct {
-    mask some;
-    real t; /* along the segment */
-    vec wi; /* towards the light */
-    real distance;
-    rgb value;
-} in_scatter;
+    vec o, d;
+    real t_end;
+    medium m;
+    ireal inside; /* the medium's id */
+    mask primary; /* seen by the camera, not by a scattered path */
+} segment;
 
-/* Transmittance-weighted density of scattering, as one number for choosing. */
-FN real grey_extinction(const medium *m) { return cmean(m->sigma_t); }
-
-/* What a light contributes at the middle of an interval, times the interval's width. */
-FN real beam_node(const beam *g, __global const b_light *light, beam_interval i, real sigma, real phase_g) {
-    real t = beam_equiangular(g, i, R(0.5));
-    real distance = sqrt(fma(t, t, square(g->D)));
-    real f = beam_response(g, light, t, distance, phase_g);
-    return i.width / g->D * f * lexp(-sigma * (lmax(g->delta + t, R(0)) + distance));
-}
-
-/* The weight of a light for a segment: positive wherever it contributes anything that float can hold. */
-FN real light_weight(__global const b_light *light, vec o, vec d, real t_end, const medium *m) {
-    real sigma = grey_extinction(m);
-    real strength = R(0.2126f * light->intensity[0] + 0.7152f * light->intensity[1] + 0.0722f * light->intensity[2]);
-    if (light->kind == LIGHT_DIRECTIONAL) {
-        return strength * phase_hg(vuniform(light->axis), vneg(d), m->g) * transmittance_integral(sigma, t_end);
+/* Lane k's plane and part of the ray. */
+FN wedge wedge_take(const lanes_of_real *rows, int k) {
+    wedge w;
+    for (int a = 0; a < 3; a++) {
+        w.lamp[a] = rows[a].one[k];
+        w.x[a] = rows[3 + a].one[k];
+        w.y[a] = rows[6 + a].one[k];
+        w.z[a] = rows[9 + a].one[k];
     }
-    beam g = beam_of(light, o, d, t_end);
-    real w = R(0);
-    if (ANY(g.a.width > R(0))) w = beam_node(&g, light, g.a, sigma, m->g);
-    if (ANY(g.b.width > R(0))) w = w + (g.b.width > R(0) ? beam_node(&g, light, g.b, sigma, m->g) : R(0));
-    /* The node can be dark (a falloff's zero, a far tail) where the interval isn't: any lit one keeps a little. */
-    real least = (g.a.width + g.b.width) / g.D * R(1e-12);
-    return strength * (w > least ? w : least);
+    w.D = rows[12].one[k];
+    w.t0 = rows[13].one[k];
+    w.t1 = rows[14].one[k];
+    w.slack = rows[15].one[k];
+    return w;
 }
 
-/* The point for one light of which this is `chosen` by the mask, with probability `share`. */
-FN void scatter_from(const scene *s, __global const b_light *light, vec o, vec d, real t_end, const medium *m,
-                     real u_technique, real u_position, real share, mask chosen, in_scatter *out) {
-    real sigma = grey_extinction(m);
-    rgb sigma_s = cmul(m->sigma_t, m->albedo);
-    real t, distance, f;
-    vec wi;
-    mask some;
-    if (light->kind == LIGHT_DIRECTIONAL) {
-        real tau = sigma * t_end;
-        real bend = tau < R(1e-5) ? u_position : -llog1p(u_position * lexpm1(-tau)) / tau;
-        t = lmin(bend * t_end, t_end);
-        real density = lexp(-sigma * t) / transmittance_integral(sigma, t_end);
-        some = chosen & (density > R(0));
-        distance = FAR_AWAY;
-        wi = vneg(vuniform(light->axis));
-        f = phase_hg(vuniform(light->axis), vneg(d), m->g) / density;
-    } else {
-        beam g = beam_of(light, o, d, t_end);
-        some = chosen & (g.a.width + g.b.width > R(0));
-        real share_a = g.a.width / lmax(g.a.width + g.b.width, R(1e-37));
-        mask in_a = split(&u_technique, share_a);
-        real share_i = in_a ? share_a : R(1) - share_a;
-        beam_interval i;
-        i.x0 = in_a ? g.a.x0 : g.b.x0;
-        i.t0 = in_a ? g.a.t0 : g.b.t0;
-        i.t1 = in_a ? g.a.t1 : g.b.t1;
-        i.width = in_a ? g.a.width : g.b.width;
-        mask equiangular = u_technique < R(0.5);
-        real length = i.t1 - i.t0;
-        real tau = sigma * length;
-        real bend = tau < R(1e-5) ? u_position : -llog1p(u_position * lexpm1(-tau)) / lmax(tau, R(1e-37));
-        real along = equiangular ? beam_equiangular(&g, i, u_position) : lclamp(fma(bend, length, i.t0), i.t0, i.t1);
-        real d2 = fma(along, along, square(g.D));
-        distance = sqrt(d2);
-        /* Densities times distance^2, which cancels the light's own 1/distance^2. */
-        real by_angle = g.D / lmax(i.width, R(1e-37));
-        real by_length = d2 * lexp(-sigma * (along - i.t0)) / lmax(transmittance_integral(sigma, length), R(1e-37));
-        real density = share_i * R(0.5) * (by_angle + by_length);
-        t = lclamp(along + g.delta, R(0), t_end);
-        wi = vscale(vmad(d, along, vscale(g.n, g.D)), R(-1) / distance);
-        f = beam_response(&g, light, along, distance, m->g) / density;
+FN void wedge_store(const scene *s, const lamp *l, const beam *g, vec d, beam_interval i, lanes_of_real *rows) {
+    vec z = vcross(g->n, d);
+    rows[0].all = l->position.x; rows[1].all = l->position.y; rows[2].all = l->position.z;
+    rows[3].all = g->n.x; rows[4].all = g->n.y; rows[5].all = g->n.z;
+    rows[6].all = d.x; rows[7].all = d.y; rows[8].all = d.z;
+    rows[9].all = z.x; rows[10].all = z.y; rows[11].all = z.z;
+    rows[12].all = g->D;
+    rows[13].all = i.t0;
+    rows[14].all = i.t1;
+    real reach = lmin(lmax(fabs(i.t0), fabs(i.t1)) + g->D, R(4 * s->params->scene_radius));
+    real size = lmax(fabs(l->position.x), lmax(fabs(l->position.y), fabs(l->position.z)));
+    rows[15].all = (size + reach) * R(0x1p-20f);
+}
+
+/* Lanes to whose segment nothing hides the lamp. */
+FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
+    lanes_of_ireal in, open;
+    in.all = live;
+    open.all = I(0);
+    for (int k = 0; k < LANES; k++) {
+        if (!in.one[k]) continue;
+        wedge w = wedge_take(rows, k);
+        /* The surfaces at the ends of the segment touch it without hiding anything. */
+        w.t0 += w.slack;
+        w.t1 -= w.slack;
+        open.one[k] = w.t1 > w.t0 ? wedge_is_empty(&s->geometry, &w) : 0;
     }
-    rgb value = cmul(cscale(cuniform(light->intensity), f / share), cmul(sigma_s, medium_transmittance(m->sigma_t, t)));
-    if (light->kind == LIGHT_SPOT) value = cmul(value, spot_gobo(s, light, vneg(wi)));
-    out->t = some ? t : out->t;
-    out->distance = some ? distance : out->distance;
-    out->wi = vselect(some, wi, out->wi);
-    out->value = cselect(some, value, out->value);
-    out->some = out->some | (some & !is_black(value));
+    return open.all != I(0);
 }
 
-/* One estimate for the segment o + t d, t in [0, t_end], of each lane. u: light, technique, position; in [0, 1). */
-FN in_scatter scatter_along(const scene *s, vec o, vec d, real t_end, const medium *m, real u_light, real u_technique,
-                            real u_position, mask live) {
-    in_scatter out;
-    out.some = FALSE_MASK;
-    out.t = out.distance = R(0);
-    out.wi = d;
-    out.value = cgrey(R(0));
+/* One bit per position of each lane that something hides. */
+FN void wedge_rasterize(const scene *s, const lanes_of_real *rows, const lanes_of_real *t, ireal count, mask live,
+                        lanes_of_u32 *low, lanes_of_u32 *high) {
+    lanes_of_ireal in, counts;
+    in.all = live;
+    counts.all = count;
+    for (int k = 0; k < LANES; k++) {
+        if (!in.one[k]) continue;
+        wedge w = wedge_take(rows, k);
+        wedge_positions p;
+        p.count = (int)counts.one[k];
+        for (int j = 0; j < ((p.count + 7) & ~7); j++)
+            p.t[j >> 3].one[j & 7] = j < p.count ? t[j].one[k] : (real1)INFINITY;
+        int visits = 0;
+        ulong dark = wedge_dark(&s->geometry, &w, &p, &visits);
+        low->one[k] = (uint)dark;
+        high->one[k] = (uint)(dark >> 32);
+    }
+}
+
+/* On a segment, where some are primary. */
+FN int scatter_positions(const scene *s, mask primary) {
+    return STRATEGY == STRATEGY_PRODUCT || !ANY(primary) ? 1 : s->params->positions;
+}
+
+/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. */
+FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const beam *g, beam_interval i, real u,
+                        mask live) {
+    lanes_of_real rows[16], t[WEDGE_POSITIONS];
+    real share[WEDGE_POSITIONS], density[WEDGE_POSITIONS];
+    rgb sum = cgrey(R(0));
+    mask open = FALSE_MASK, planar = FALSE_MASK, rest = live;
+    if (STRATEGY_HAS_WEDGE) {
+        planar = live & at->primary & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
+        if (ANY(planar)) {
+            wedge_store(s, l, g, at->d, i, rows);
+            open = wedge_open(s, rows, planar);
+            mask smooth = open & (l->light < I(0));
+            if (ANY(smooth)) {
+                integral whole = beam_integral(g, l, i, &at->m);
+                smooth = smooth & whole.exact;
+                sum = cselect(smooth, cscale(whole.value, R(1) / g->D), sum);
+                rest = rest & !smooth;
+            }
+        }
+    }
+    if (!ANY(rest)) return sum;
+
+    real sigma = grey_extinction(&at->m);
+    beam_table table = beam_table_of(g, l, i, sigma, at->m.g);
+    int most = scatter_positions(s, rest & at->primary);
+    ireal count = at->primary ? I(most) : I(1);
+    if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
+        most = OPEN_POSITIONS;
+        count = open ? I(most) : count;
+    }
+    real per_count = R(1) / to_real(count);
+    for (int j = 0; j < most; j++) {
+        share[j] = beam_table_warp(&table, (R(j) + u) * per_count, &density[j]);
+        t[j].all = beam_equiangular(g, i, share[j]);
+    }
+    lanes_of_u32 low, high;
+    low.all = high.all = U32(0);
+    mask rasters = FALSE_MASK;
+    if (STRATEGY_HAS_RASTER) {
+        rasters = rest & planar & !open;
+        if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
+    }
+    mask grey = (at->m.sigma_t.r == at->m.sigma_t.g) & (at->m.sigma_t.g == at->m.sigma_t.b);
+    int chromatic = ANY(rest & !grey);
+    for (int j = 0; j < most; j++) {
+        mask dark = to_ireal(((j < 32 ? low.all >> U32(j) : high.all >> U32(j - 32))) & U32(1)) != I(0);
+        mask lit = rest & (I(j) < count) & !dark;
+        if (!ANY(lit)) continue;
+        beam_point p;
+        p.t = t[j].all;
+        p.distance = sqrt(fma(p.t, p.t, square(g->D)));
+        p.x = fma(share[j], i.width, i.x0);
+        vec wi = beam_wi(g, at->d, p);
+        real along = lclamp(p.t + g->delta, R(0), at->t_end);
+        rgb seen;
+        mask rays = lit & !rasters & !open;
+        if (HAS(NULL)) {
+            seen = visibility(s, vmad(at->d, along, at->o), wi, p.distance * SHORT_OF_LIGHT, at->inside, lit);
+            seen = cmul(seen, medium_transmittance(at->m.sigma_t, along));
+        } else {
+            if (ANY(rays))
+                lit = lit & !occluded(&s->geometry, vmad(at->d, along, at->o), wi, R(0), p.distance * SHORT_OF_LIGHT,
+                                      rays);
+            real way = along + p.distance;
+            seen = chromatic ? medium_transmittance(at->m.sigma_t, way) : cgrey(lexp(-at->m.sigma_t.r * way));
+        }
+        real f = beam_response(g, l, p, at->m.g) * i.width / (g->D * density[j]) * per_count;
+        rgb value = cscale(seen, f);
+        if (HAS(TEXTURES) && ANY(l->light >= I(0))) value = cmul(value, lamp_gobo(s, l, vneg(wi)));
+        sum = cselect(lit, cadd(sum, value), sum);
+    }
+    return sum;
+}
+
+/* The same for directional light, over its irradiance. */
+FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u, mask live) {
+    int most = scatter_positions(s, live & at->primary);
+    ireal count = at->primary ? I(most) : I(1);
+    real sigma = grey_extinction(&at->m), per_count = R(1) / to_real(count);
+    real phase = phase_hg(l->axis, vneg(at->d), at->m.g);
+    rgb sum = cgrey(R(0));
+    for (int j = 0; j < most; j++) {
+        real along = transmittance_quantile(sigma, at->t_end, (R(j) + u) * per_count);
+        real weight = transmittance_integral(sigma, at->t_end) / lexp(-sigma * along);
+        mask lit = live & (I(j) < count) & (weight < R(1e30));
+        if (!ANY(lit)) continue;
+        rgb seen = visibility(s, vmad(at->d, along, at->o), vneg(l->axis), FAR_AWAY, at->inside, lit);
+        rgb value = cmul(seen, medium_transmittance(at->m.sigma_t, along));
+        sum = cselect(lit, cadd(sum, cscale(value, phase * weight * per_count)), sum);
+    }
+    return sum;
+}
+
+/* What lamps scatter to the eye along the segment. u: lamp, technique, position; in [0, 1). */
+FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_technique, real u_position, mask live) {
+    if (!STRATEGY_IS_PRODUCT) {
+        in_scatter g = scatter_along(s, at->o, at->d, at->t_end, &at->m, u_light, u_technique, u_position, live);
+        mask some = live & g.some;
+        if (!ANY(some)) return cgrey(R(0));
+        rgb seen = visibility(s, vmad(at->d, g.t, at->o), g.wi, g.distance * SHORT_OF_LIGHT, at->inside, some);
+        return cselect(some, cmul(g.value, seen), cgrey(R(0)));
+    }
     int count = s->params->light_count;
-    ireal choice = I(0);
+    mask every = STRATEGY != STRATEGY_PRODUCT && count <= EVERY_LAMP ? at->primary : FALSE_MASK;
+    mask chooses = live & !every;
     real share = R(1);
-    if (count > 1) {
-        reservoir r = reservoir_start(u_light);
-        for (int k = 0; k < count; k++)
-            reservoir_offer(&r, I(k), light_weight(&s->lights[k], o, d, t_end, m), live);
-        choice = r.choice;
-        share = reservoir_share(&r);
+    ireal choice = I(0);
+    if (ANY(chooses))
+        choice = lamp_choose_for_segment(s, at->o, at->d, at->t_end, &at->m, u_light, chooses, &share);
+    rgb sum = cgrey(R(0));
+    int rounds = ANY(live & every) ? count : 1;
+    for (int k = 0; k < rounds; k++) {
+        ireal which = every ? I(k) : choice;
+        mask wants = live & (which >= I(0)) & (every | (I(k) == I(0)));
+        if (!ANY(wants)) continue;
+        lamp l = lamp_gather(s, wants ? which : I(0));
+        rgb value = cgrey(R(0));
+        mask parallel = wants & l.directional;
+        if (ANY(parallel)) value = scatter_parallel(s, &l, at, u_position, parallel);
+        if (ANY(wants & !l.directional)) {
+            beam g = beam_of(&l, at->o, at->d, at->t_end);
+            for (int part = 0; part < 2; part++) {
+                beam_interval i = part ? g.b : g.a;
+                mask lit = wants & !l.directional & (i.width > R(0));
+                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, lit));
+            }
+        }
+        value = cscale(cmul(value, l.intensity), every ? R(1) : R(1) / share);
+        sum = cselect(wants, cadd(sum, value), sum);
     }
-    for (int k = 0; k < count; k++) {
-        mask chosen = live & (choice == I(k));
-        if (ANY(chosen))
-            scatter_from(s, &s->lights[k], o, d, t_end, m, u_technique, u_position, share, chosen, &out);
-    }
-    return out;
+    return cmul(sum, cmul(at->m.sigma_t, at->m.albedo));
 }
 
 #endif

@@ -17,7 +17,10 @@
 enum {
     MAX_PASS_SAMPLES = 16, /* enough for lanes to take turns, few enough for a picture that fills evenly */
     GPU_LOCAL_SIZE = 64,
-    RENDER_COOKIE = 0x62720001
+    RENDER_COOKIE = 0x62720001,
+    /* On a segment, unless asked for: more cost more than they gain (measured by make ladder). */
+    SYSTEMATIC_POSITIONS = 4,
+    RASTER_POSITIONS = 64
 };
 
 brume_render_desc brume_render_desc_default(void) {
@@ -233,6 +236,8 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
         desc.positions = scene->integrator.positions;
     }
     if (!desc.use_indirect) desc.indirect = scene->integrator.indirect;
+    arrays.params.positions = desc.positions ? (int)desc.positions
+                              : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS : RASTER_POSITIONS;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;

@@ -1,4 +1,4 @@
-/* test_beam.c -- cl/beam.h and the falloff of cl/light_delta.h against a twin in 80-bit arithmetic.
+/* test_beam.c -- cl/beam.h and the falloff of cl/lamp.h against a twin in 80-bit arithmetic.
  *
  * The twin finds where a line crosses a cone as the roots of a quadratic, and angles from differences of unit vectors;
  * the device works with angles throughout. Errors are counted in units that follow from the rounding of what goes in: a
@@ -30,11 +30,13 @@ static const char text[] =
     "__kernel void test(__global const b_light *lights, __global const real1 *ray, __global const real1 *u,\n"
     "                   __global real1 *out) {\n"
     "    uint n = get_global_size(0) * LANES;\n"
-    "    __global const b_light *light = lights + AT / 16;\n"
+    "    scene s;\n"
+    "    s.lights = lights;\n"
+    "    lamp light = lamp_uniform(&s, AT / 16);\n"
     "    ray += AT, u += AT, out += AT;\n"
     "    vec o = vmake(LOAD(ray), LOAD(ray + n), LOAD(ray + 2 * n));\n"
     "    vec d = vmake(LOAD(ray + 3 * n), LOAD(ray + 4 * n), LOAD(ray + 5 * n));\n"
-    "    beam g = beam_of(light, o, d, LOAD(ray + 6 * n));\n"
+    "    beam g = beam_of(&light, o, d, LOAD(ray + 6 * n));\n"
     "    STORE(out, g.delta); STORE(out + n, g.D); out += 2 * n;\n"
     "    STORE(out, g.a.x0); STORE(out + n, g.a.t0); STORE(out + 2 * n, g.a.t1); STORE(out + 3 * n, g.a.width);\n"
     "    out += 4 * n;\n"
@@ -49,11 +51,12 @@ static const char text[] =
     "    for (int k = 0; k < VARIATES; k++) {\n"
     "        real t = beam_equiangular(&g, i, LOAD(u + k * n));\n"
     "        STORE(out + k * n, t);\n"
-    "        STORE(out + (VARIATES + k) * n, beam_versine(&g, t));\n"
-    "        real r = beam_response(&g, light, t, sqrt(fma(t, t, square(g.D))), LOAD(ray + 7 * n));\n"
+    "        beam_point p = beam_point_at(&g, t);\n"
+    "        STORE(out + (VARIATES + k) * n, beam_versine(&g, p.x));\n"
+    "        real r = beam_response(&g, &light, p, LOAD(ray + 7 * n));\n"
     "        STORE(out + (2 * VARIATES + k) * n, r);\n"
     "    }\n"
-    "    STORE(out + 3 * VARIATES * n, spot_falloff(light, LOAD(ray + 8 * n)));\n"
+    "    STORE(out + 3 * VARIATES * n, lamp_falloff(&light, LOAD(ray + 8 * n)));\n"
     "}\n";
 
 static b_light lights[GROUPS];

@@ -25,7 +25,7 @@ enum { FLIGHTS = 16, CELLS = 32, CANDIDATES = 6 };
 enum { TESTS = SEGMENTS * (3 + PIECES) + FLIGHTS * 8 };
 
 static const char scatter_text[] =
-    "#include \"scatter_segment.h\"\n"
+    "#include \"scatter_point.h\"\n"
     "__kernel void test(__global const b_params *params, __global const b_light *lights,\n"
     "                   __global const b_medium *media, __global const real1 *ray, __global const real1 *u,\n"
     "                   __global real1 *out) {\n"
@@ -110,7 +110,7 @@ static void gather_light(uint32_t lanes, brume_precision precision) {
                                    {READ_RAW, media, sizeof media}, {READ_REAL, ray, 7 * SEGMENTS},
                                    {READ_REAL, u, 3 * (size_t)COUNT}, {WRITE_REAL, out, (size_t)PLANES * COUNT}};
     char options[80];
-    snprintf(options, sizeof options, "-DFEATURES=9 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES, LIGHTS);
+    snprintf(options, sizeof options, "-DFEATURES=9 -DSTRATEGY=5 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES, LIGHTS);
     device_test_run(scatter_text, options, lanes, precision, COUNT, arrays, 6);
 }
 

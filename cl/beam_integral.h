@@ -1,0 +1,94 @@
+/* beam_integral.h -- all the light that one lamp scatters along a lit interval that nothing hides: quadrature, no noise.
+ *
+ * Gauss-Legendre with 8 nodes on each of three panels, cut at the edges of the spot's full beam, where the falloff has
+ * its kinks. Such a rule converges like r^-16 where the integrand has no singularity within the ellipse around the panel
+ * whose half axes add up to r times half its width (Trefethen 2013, ch. 19). Those that there are: the phase function's
+ * peak at theta = -pi/2 (pi/2 for g < 0), off the real axis by 2 asinh((1 - |g|) / (2 sqrt |g|)); the infinite end of the
+ * ray at pi/2; and the falloff's corner at the spot's axis. beam_integral says in `exact` where all are far enough for a
+ * relative error below 3e-6; in the other lanes the caller samples instead.
+ */
+#ifndef BRUME_BEAM_INTEGRAL_H
+#define BRUME_BEAM_INTEGRAL_H
+
+#include "beam.h"
+#include "medium.h"
+
+/* Far enough: the distances from the singularity to both ends of the panel, in half widths. r + 1/r for r = 3.5, 2; the
+ * second is for the end of the ray, where the integrand goes to 0 with all its derivatives. And what optical depth a
+ * panel may span. Measured with 40 000 random panels, sigma D from 1e-6 to 100, |g| up to 0.99: 2.7e-6 at most. */
+#define INTEGRAL_POLE R(3.8)
+#define INTEGRAL_END R(2.5)
+#define INTEGRAL_DEPTH R(6)
+
+__constant float gauss_nodes[4] = {0.183434642495649805f, 0.525532409916328986f, 0.796666477413626740f,
+                                   0.960289856497536232f};
+__constant float gauss_weights[4] = {0.362683783378361983f, 0.313706645877887287f, 0.222381034453374471f,
+                                     0.101228536290376259f};
+
+/* Distances from x + i y to the ends of the panel middle +- half. */
+FN real integral_reach(real middle, real half_width, real x, real y) {
+    real a = x - (middle - half_width), b = x - (middle + half_width), y2 = square(y);
+    return sqrt(fma(a, a, y2)) + sqrt(fma(b, b, y2));
+}
+
+typedef struct {
+    rgb value; /* integral over theta of transmittance from the eye and to the lamp, falloff and phase function */
+    mask exact;
+} integral;
+
+FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const medium *m) {
+    integral sum;
+    sum.value = cgrey(R(0));
+    sum.exact = TRUE_MASK;
+    real x1 = i.x0 + i.width, a = fabs(m->g);
+    /* Where full beam ends, about 0 or about a whole turn. */
+    real center = i.x0 > R(PI) ? R(2 * PI) : R(0);
+    real k = lclamp((l->v_beam - g->versine_out_of_plane) / lmax(R(2) * g->rho, R(1e-24)), R(0), R(1));
+    real core = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
+    mask thirds = !l->cone | l->cosine;
+    real cut0 = thirds ? fma(i.width, R(1.0 / 3), i.x0) : lclamp(center - core, i.x0, x1);
+    real cut1 = thirds ? fma(i.width, R(2.0 / 3), i.x0) : lclamp(center + core, i.x0, x1);
+    real out_of_plane = sqrt(R(2) * g->versine_out_of_plane);
+
+    real theta0 = latan2(i.t0, g->D); /* theta = theta0 + x - i.x0 */
+    real h = (R(1) - a) * R(0.5) / sqrt(lmax(a, R(1e-12)));
+    real pole = R(2) * llog(h + sqrt(fma(h, h, R(1))));
+    real peak = m->g < R(0) ? R(PI / 2) : R(-PI / 2);
+    real thickest = cmax(m->sigma_t);
+    mask grey = (m->sigma_t.r == m->sigma_t.g) & (m->sigma_t.g == m->sigma_t.b);
+    int chromatic = ANY(!grey);
+
+    for (int panel = 0; panel < 3; panel++) {
+        real low = panel == 0 ? i.x0 : panel == 1 ? cut0 : cut1, high = panel == 0 ? cut0 : panel == 1 ? cut1 : x1;
+        real half_width = R(0.5) * (high - low), middle = R(0.5) * (high + low);
+        mask some = half_width > R(0);
+        if (!ANY(some)) continue;
+        real theta = theta0 + (middle - i.x0);
+        mask fades = !thirds & ((panel != 1) | (k <= R(0)));
+        mask far = (integral_reach(theta, half_width, peak, pole) >= INTEGRAL_POLE * half_width) | (a < R(1e-3));
+        far = far & (R(2) * (R(PI / 2) - theta) >= INTEGRAL_END * half_width);
+        far = far & (!fades | (integral_reach(middle, half_width, center, out_of_plane) >= INTEGRAL_POLE * half_width));
+        real nearest = R(0), farthest = R(0);
+        rgb part = cgrey(R(0));
+        for (int node = 0; node < 8; node++) {
+            real xi = (node & 1 ? R(-1) : R(1)) * R(gauss_nodes[node >> 1]);
+            real share = (fma(half_width, xi, middle) - i.x0) / i.width;
+            beam_point p = beam_point_of(g, i, lclamp(share, R(0), R(1)));
+            real way = beam_path(g, p.t, p.distance);
+            nearest = node == 0 ? way : lmin(nearest, way);
+            farthest = node == 0 ? way : lmax(farthest, way);
+            real f = R(gauss_weights[node >> 1]) * beam_response(g, l, p, m->g);
+            real total = lmax(g->delta + way, R(0)); /* from the eye to the point to the lamp */
+            if (chromatic)
+                part = cadd(part, cscale(medium_transmittance(m->sigma_t, total), f));
+            else
+                part = cadd(part, cgrey(f * lexp(-m->sigma_t.r * total)));
+        }
+        far = far & (thickest * (farthest - nearest) <= INTEGRAL_DEPTH);
+        sum.value = cselect(some, cadd(sum.value, cscale(part, half_width)), sum.value);
+        sum.exact = sum.exact & (far | !some);
+    }
+    return sum;
+}
+
+#endif
