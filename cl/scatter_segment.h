@@ -139,7 +139,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
-    beam_table table = beam_table_of(g, l, i, sigma, at->m.g);
+    piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
     int most = scatter_positions(s, rest & at->primary);
     ireal count = at->primary ? I(most) : I(1);
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
@@ -148,7 +148,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     }
     real per_count = R(1) / to_real(count);
     for (int j = 0; j < most; j++) {
-        share[j] = beam_table_warp(&table, (R(j) + u) * per_count, &density[j]);
+        share[j] = piecewise_warp(&table, (R(j) + u) * per_count, &density[j]);
         t[j].all = beam_equiangular(g, i, share[j]);
     }
     lanes_of_u32 low, high;
