@@ -13,17 +13,21 @@
 
 #include "beam_integral.h"
 #include "beam_table.h"
+#include "scatter_emitter.h"
 #include "scatter_point.h"
 #include "traverse_wedge.h"
 #include "visibility.h"
 
-#define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
 /* So few lamps are all looked at along a camera ray. */
 #ifndef EVERY_LAMP
 #define EVERY_LAMP 8
 #endif
+
+/* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
+ * is chosen among others) by this. */
+#define SMALL_EMITTER R(100)
 
 /* Points of a lamp that nothing hides, where beam_integral doesn't suffice. */
 #define OPEN_POSITIONS 16
@@ -40,6 +44,7 @@ typedef struct {
     medium m;
     ireal inside; /* the medium's id */
     mask primary; /* seen by the camera, not by a scattered path */
+    rgb throughput; /* of the path so far: what free flights along the segment are drawn by */
 } segment;
 
 /* Lane k's plane and part of the ray. */
@@ -122,12 +127,14 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     mask open = FALSE_MASK, planar = FALSE_MASK, rest = live;
     /* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
     int nulls = HAS(NULL) && s->params->has_null;
+    /* The place on a large or near emitter is noise that more points of the segment don't remove. */
+    mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
     if (!nulls) {
-        planar = live & at->primary & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
+        planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
         if (ANY(planar)) {
             wedge_store(s, l, g, at->d, i, rows);
             open = wedge_open(s, rows, planar);
-            mask smooth = open & (l->light < I(0));
+            mask smooth = open & (l->light < I(0)) & !l->met;
             if (ANY(smooth)) {
                 integral whole = beam_integral(g, l, i, &at->m);
                 smooth = smooth & whole.exact;
@@ -140,8 +147,8 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
 
     real sigma = grey_extinction(&at->m);
     piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
-    int most = scatter_positions(s, rest & at->primary);
-    ireal count = at->primary ? I(most) : I(1);
+    int most = scatter_positions(s, rest & several);
+    ireal count = several ? I(most) : I(1);
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
@@ -158,6 +165,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         rasters = rest & planar & !open;
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
     }
+    real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
     mask grey = (at->m.sigma_t.r == at->m.sigma_t.g) & (at->m.sigma_t.g == at->m.sigma_t.b);
     int chromatic = ANY(rest & !grey);
     for (int j = 0; j < most; j++) {
@@ -182,7 +190,14 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             real way = along + p.distance;
             seen = chromatic ? medium_transmittance(at->m.sigma_t, way) : cgrey(lexp(-at->m.sigma_t.r * way));
         }
-        real f = beam_response(g, l, p, at->m.g) * i.width / (g->D * density[j]) * per_count;
+        real f = beam_response(g, l, p, at->m.g);
+        real weight = R(1);
+        if (SCATTERS_EMITTERS && ANY(l->met)) {
+            real by_light = l->density * g->D;
+            real by_path = medium_flight_density(&at->m, at->throughput, along) * f * angle;
+            weight = l->met ? by_light / lmax(by_light + by_path, R(1e-37)) : R(1);
+        }
+        f = f * weight * i.width / (g->D * density[j]) * per_count;
         rgb value = cscale(seen, f);
         if (HAS(TEXTURES) && ANY(l->light >= I(0))) value = cmul(value, lamp_gobo(s, l, vneg(wi)));
         sum = cselect(lit, cadd(sum, value), sum);
@@ -202,6 +217,11 @@ FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u
         real weight = transmittance_integral(sigma, at->t_end) / lexp(-sigma * along);
         mask lit = live & (I(j) < count) & (weight < R(1e30));
         if (!ANY(lit)) continue;
+        if (SCATTERS_EMITTERS && ANY(l->met)) {
+            real by_light = l->density / weight;
+            real by_path = medium_flight_density(&at->m, at->throughput, along) * phase;
+            weight = l->met ? weight * (by_light / lmax(by_light + by_path, R(1e-37))) : weight;
+        }
         rgb seen = visibility(s, vmad(at->d, along, at->o), vneg(l->axis), FAR_AWAY, at->inside, lit);
         rgb value = cmul(seen, medium_transmittance(at->m.sigma_t, along));
         sum = cselect(lit, cadd(sum, cscale(value, phase * weight * per_count)), sum);
@@ -209,29 +229,44 @@ FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u
     return sum;
 }
 
-/* What lamps scatter to the eye along the segment. u: lamp, technique, position; in [0, 1). */
-FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_technique, real u_position, mask live) {
+/* What lamps and emitters scatter to the eye along the segment. u: lamp, technique, position; in [0, 1). `by_lamps`,
+ * `by_emitters`: which lanes ask for what. */
+FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_technique, real u_position,
+                      random4 u_emitter, mask by_lamps, mask by_emitters) {
+    int count = s->params->light_count;
     if (!STRATEGY_IS_PRODUCT) {
-        in_scatter g = scatter_along(s, at->o, at->d, at->t_end, &at->m, u_light, u_technique, u_position, live);
-        mask some = live & g.some;
+        if (count == 0) return cgrey(R(0));
+        in_scatter g = scatter_along(s, at->o, at->d, at->t_end, &at->m, u_light, u_technique, u_position, by_lamps);
+        mask some = by_lamps & g.some;
         if (!ANY(some)) return cgrey(R(0));
         rgb seen = visibility(s, vmad(at->d, g.t, at->o), g.wi, g.distance * SHORT_OF_LIGHT, at->inside, some);
         return cselect(some, cmul(g.value, seen), cgrey(R(0)));
     }
-    int count = s->params->light_count;
     mask every = STRATEGY != STRATEGY_PRODUCT && count <= EVERY_LAMP ? at->primary : FALSE_MASK;
-    mask chooses = live & !every;
     real share = R(1);
     ireal choice = I(0);
-    if (ANY(chooses))
-        choice = lamp_choose_for_segment(s, at->o, at->d, at->t_end, &at->m, u_light, chooses, &share);
+    int rounds = 0;
+    if (HAS(DELTA_LIGHTS) && count > 0 && ANY(by_lamps)) {
+        mask chooses = by_lamps & !every;
+        if (ANY(chooses))
+            choice = lamp_choose_for_segment(s, at->o, at->d, at->t_end, &at->m, u_light, chooses, &share);
+        rounds = ANY(by_lamps & every) ? count : 1;
+    }
+    int emitters = SCATTERS_EMITTERS && ANY(by_emitters);
     rgb sum = cgrey(R(0));
-    int rounds = ANY(live & every) ? count : 1;
-    for (int k = 0; k < rounds; k++) {
-        ireal which = every ? I(k) : choice;
-        mask wants = live & (which >= I(0)) & (every | (I(k) == I(0)));
-        if (!ANY(wants)) continue;
-        lamp l = lamp_gather(s, wants ? which : I(0));
+    for (int k = 0; k < rounds + emitters; k++) {
+        mask wants = by_emitters;
+        lamp l;
+        real scale = R(1);
+        if (k < rounds) {
+            ireal which = every ? I(k) : choice;
+            wants = by_lamps & (which >= I(0)) & (every | (I(k) == I(0)));
+            if (!ANY(wants)) continue;
+            l = lamp_gather(s, wants ? which : I(0));
+            scale = every ? R(1) : R(1) / share;
+        } else {
+            l = emitter_lamp(s, at->o, at->d, at->t_end, u_emitter, wants);
+        }
         rgb value = cgrey(R(0));
         mask parallel = wants & l.directional;
         if (ANY(parallel)) value = scatter_parallel(s, &l, at, u_position, parallel);
@@ -243,8 +278,7 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
                 if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, lit));
             }
         }
-        value = cscale(cmul(value, l.intensity), every ? R(1) : R(1) / share);
-        sum = cselect(wants, cadd(sum, value), sum);
+        sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);
     }
     return cmul(sum, cmul(at->m.sigma_t, at->m.albedo));
 }
