@@ -10,6 +10,7 @@
 #ifndef BRUME_BEAM_H
 #define BRUME_BEAM_H
 
+#include "equiangular.h"
 #include "lamp.h"
 #include "phase_hg.h"
 
@@ -129,17 +130,14 @@ FN beam_interval beam_whole(const beam *g, real t_end) {
     return i;
 }
 
-/* t' at the share u of an interval's angle; within it for every u in [0, 1]. By the addition theorem of the tangent from
- * the nearer end, where nothing cancels. */
+/* t' at the share u of an interval's angle; within it for every u in [0, 1]. */
 FN real beam_equiangular(const beam *g, beam_interval i, real u) {
-    real y = u * i.width, z = (R(1) - u) * i.width;
-    mask left = y < z;
-    real end = left ? i.t0 : -i.t1, s, c;
-    lsincos(left ? y : z, &s, &c);
-    real t = g->D * (fma(end, c, g->D * s) / difference_of_products(g->D, c, end, s));
-    /* The infinite end: rounding can carry the denominator past 0. */
-    t = left ? t : -t;
-    return lclamp(t, i.t0, i.t1);
+    equiangular_range r;
+    r.D = g->D;
+    r.t0 = i.t0;
+    r.t1 = i.t1;
+    r.width = i.width;
+    return equiangular_sample(&r, u);
 }
 
 /* A point of the ray, and the angle at which the lamp sees it. */

@@ -8,6 +8,7 @@
 #ifndef BRUME_ENVIRONMENT_H
 #define BRUME_ENVIRONMENT_H
 
+#include "cdf.h"
 #include "scene.h"
 #include "math.h"
 #include "warp.h"
@@ -52,20 +53,6 @@ FN rgb environment_radiance(const scene *s, vec d) {
     rgb top = cadd(cscale(environment_texel(s, x0, y0), R(1) - fx), cscale(environment_texel(s, x1, y0), fx));
     rgb bottom = cadd(cscale(environment_texel(s, x0, y1), R(1) - fx), cscale(environment_texel(s, x1, y1), fx));
     return cadd(cscale(top, R(1) - fy), cscale(bottom, fy));
-}
-
-/* The cell of a cumulative table of n + 1 entries from cdf[first] on that holds u. */
-FN ireal cdf_find(__global const float *cdf, ireal first, int n, real u) {
-    ireal low = I(0);
-    int step = 1;
-    while (step < n) step <<= 1;
-    for (; step > 0; step >>= 1) {
-        ireal at = low + I(step);
-        mask inside = at < I(n);
-        mask right = gather(cdf, first + (inside ? at : I(0))) <= u;
-        low = inside & right ? at : low;
-    }
-    return low;
 }
 
 /* Density per steradian of environment_sample. */

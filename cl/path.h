@@ -73,6 +73,33 @@ FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albed
     p->first = p->first & !plain & !ends;
 }
 
+/* How often INDIRECT_MIXTURE turns towards a lamp. */
+#define LAMPWARD R(0.35)
+
+/* Instead of the phase function's direction `turned`, sometimes one about a lamp, evenly in the angle psi to it: density
+ * 1 / (2 pi^2 sin psi). Which lamp is chosen first; then the two densities mix. Returns the direction, its density and,
+ * in `weight`, the phase function over it. */
+FN vec path_turn_to_lamp(const scene *s, const path *p, const vertex *v, vec turned, real u_choice, real u, real v_turn,
+                         real *density, rgb *weight) {
+    real share;
+    mask aims = split(&u_choice, LAMPWARD);
+    ireal k = lamp_choose_for_point(s, v->p, v->p, R(1), TRUE_MASK, u_choice, v->in_medium, &share);
+    mask some = v->in_medium & (k >= I(0));
+    lamp l = lamp_gather(s, some ? k : I(0));
+    vec axis = lamp_at(s, &l, v->p).wi, t, b;
+    real sp, cp, ss, cs;
+    orthonormal_basis(axis, &t, &b);
+    lsincos_turns(v_turn, &sp, &cp);
+    lsincos(u * R(PI), &ss, &cs);
+    vec d = vselect(some & aims, vmad(t, ss * cp, vmad(b, ss * sp, vscale(axis, cs))), turned);
+    vec across = vcross(axis, d);
+    real phase = phase_hg(p->d, d, v->g), about = R(1 / (2 * PI * PI)) / lmax(vlength(across), R(1e-9));
+    real mixed = some ? fma(LAMPWARD, about, (R(1) - LAMPWARD) * phase) : phase;
+    *density = mixed;
+    *weight = cselect(v->in_medium, cgrey(phase / mixed), *weight);
+    return vnormalize(d);
+}
+
 /* The next direction: a surface's BSDF, the medium's phase function, or straight on through a null surface. Everyone
  * else ends. */
 FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through) {
@@ -94,6 +121,8 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     if (HAS(MEDIA) && ANY(v->in_medium)) {
         real phase;
         vec turned = phase_hg_sample(p->d, v->g, unit(u.y), unit(u.z), &phase);
+        if (HAS(DELTA_LIGHTS) ? INDIRECT == INDIRECT_MIXTURE : 0)
+            turned = path_turn_to_lamp(s, p, v, turned, unit(u.x), unit(u.y), unit(u.z), &phase, &weight);
         if (STRATEGY == STRATEGY_SPHERICAL) {
             turned = warp_sphere(unit(u.y), unit(u.z));
             weight = cselect(v->in_medium, cgrey(phase_hg(p->d, turned, v->g) * R(4 * PI)), weight);
@@ -113,6 +142,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     p->from = vselect(turns, v->p, p->from);
     p->pdf = turns ? pdf : p->pdf;
     p->depth = turns ? p->depth + I(1) : p->depth;
+    p->from_medium = turns ? v->in_medium : p->from_medium;
     p->segments = p->segments + I(1);
     p->alive = p->alive & !is_black(p->throughput) & (p->segments < I(MAX_SEGMENTS)) & (p->t_max > R(0));
     if (HAS(MEDIA)) p->medium = on_surface ? medium_beyond(s, v->shape, v->ng, d, p->medium) : p->medium;
@@ -161,10 +191,13 @@ FN void path_step(const scene *s, const film *f, path *p) {
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
     v.in_medium = scatters;
     mask lit = v.at_surface & !specular;
+    mask counted = INDIRECT_IS_RAYS ? p->from_medium & (v.b.kind == I(BSDF_DIFFUSE)) : FALSE_MASK;
     if (STRATEGY == STRATEGY_DISTANCE) lit = lit | (v.in_medium & (p->depth + I(2) <= max_depth));
     if (PATH_SAMPLES_LIGHT) {
         random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
-        if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(lit)) path_sample_lamps(s, p, &v, unit(u.w), lit);
+        mask by_lamps = lit & !counted;
+        if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(by_lamps))
+            path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
         mask offered = lit | v.in_medium;
         if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && ANY(offered)) path_sample_emitters(s, p, &v, u, offered);
     }

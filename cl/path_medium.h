@@ -2,6 +2,7 @@
 #ifndef BRUME_PATH_MEDIUM_H
 #define BRUME_PATH_MEDIUM_H
 
+#include "path_indirect.h"
 #include "path_state.h"
 #include "scatter_segment.h"
 #include "visibility.h"
@@ -26,6 +27,11 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         u.w = select32(camera, pixel.w, u.w);
     }
     mask gathers = scattering & (p->depth + I(2) <= max_depth);
+    if (INDIRECT_IS_RAYS) {
+        gathers = gathers & !p->from_medium;
+        mask connects = scattering & (p->depth + I(3) <= max_depth);
+        if (ANY(connects)) path_connect(s, p, m, *t, connects);
+    }
     if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && STRATEGY_GATHERS && ANY(gathers)) {
         segment at;
         at.o = p->o;
@@ -39,7 +45,9 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
 
     /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
      * light that a ray can meet, one more scattering event for lamps. Otherwise the segment only attenuates. */
-    ireal needed = p->depth + I(s->params->surfaces_emit || !STRATEGY_GATHERS ? 2 : 3);
+    int edges = s->params->surfaces_emit ? 2 : STRATEGY_GATHERS ? 3 : 2;
+    if (INDIRECT_IS_RAYS && edges == 3 && !s->params->has_specular) edges = 4; /* the next one has been connected */
+    ireal needed = p->depth + I(edges);
     mask may = scattering & (needed <= max_depth);
     real t_end = may ? *t : R(0);
     flight f = STRATEGY == STRATEGY_SPHERICAL ? medium_flight_uniform(m, p->throughput, t_end, u)

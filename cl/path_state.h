@@ -4,6 +4,7 @@
 
 #include "camera.h"
 #include "filter.h"
+#include "light_ray.h"
 #include "random.h"
 #include "scene.h"
 
@@ -21,9 +22,13 @@ typedef struct {
     real travelled;    /* from the camera, while `first` */
     mask first;        /* nothing but null and specular surfaces so far: the guides' hit is still to come */
     mask met;          /* anything but null surfaces, for the film's alpha */
+    mask from_medium;  /* the segment starts where the path scattered in a medium */
     mask alive;
     rng random;
+    light_ray light;   /* with INDIRECT_RAY_LIGHTS */
 } path;
+
+#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && HAS(MEDIA) && HAS(DELTA_LIGHTS))
 
 FN void path_add(path *p, mask m, rgb value) {
     p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
@@ -37,7 +42,8 @@ FN path path_none(void) {
     p.throughput = p.radiance = cgrey(R(0));
     p.medium = I(-1);
     p.depth = p.segments = I(0);
-    p.first = p.met = p.alive = FALSE_MASK;
+    p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
+    if (INDIRECT_IS_RAYS) p.light = light_ray_none();
     p.random.key = p.random.index = U32(0);
     p.random.sampler = SAMPLER_SOBOL;
     return p;
@@ -66,8 +72,12 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.pdf = R(-1);
     p.travelled = ray.skipped;
     p.first = TRUE_MASK;
-    p.met = FALSE_MASK;
+    p.met = p.from_medium = FALSE_MASK;
     p.alive = live;
+    if (INDIRECT_IS_RAYS) {
+        random4 v = random_set(&p.random, SET_LIGHT_RAY);
+        p.light = light_ray_sample(s, unit(v.x), unit(v.y), unit(v.z), live);
+    }
     return p;
 }
 
@@ -88,6 +98,8 @@ FN path path_select(mask m, path a, path b) {
     p.travelled = m ? a.travelled : b.travelled;
     p.first = m ? a.first : b.first;
     p.met = m ? a.met : b.met;
+    p.from_medium = m ? a.from_medium : b.from_medium;
+    if (INDIRECT_IS_RAYS) p.light = light_ray_select(m, a.light, b.light);
     p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);
     return p;

@@ -17,16 +17,18 @@
 /* Once a path. */
 #define SET_PIXEL U32(0) /* x, y: position in the pixel; z: distance, w: free flight on the first segment */
 #define SET_LENS U32(1)  /* x, y: position on the lens */
+#define SET_LIGHT_RAY U32(2) /* x: which lamp; y, z: direction of the ray of light */
 
 /* Once a segment: random_bounce_set(segment, one of these). */
 enum {
     SET_MEDIUM,  /* x: which lamp; y: technique, colour channel; z: distance to gather light at; w: free flight */
     SET_SURFACE, /* x: lobe; y, z: direction (also of the phase function); w: roulette */
     SET_LIGHT,   /* x: which emitter; y, z: position on it; w: which lamp */
+    SET_INDIRECT, /* x: point on the ray of light; y, z: points of the segment, towards it and towards its end; w: which */
     SETS_PER_BOUNCE
 };
 
-#define FIRST_BOUNCE_SET 2
+#define FIRST_BOUNCE_SET 3
 
 /* A path's place among the random numbers. */
 typedef struct {

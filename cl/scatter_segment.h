@@ -18,9 +18,7 @@
 #include "visibility.h"
 
 #define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
-/* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
-#define STRATEGY_HAS_WEDGE (STRATEGY_IS_PRODUCT && !HAS(NULL))
-#define STRATEGY_HAS_RASTER ((STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER) && !HAS(NULL))
+#define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
 /* So few lamps are all looked at along a camera ray. */
 #ifndef EVERY_LAMP
@@ -122,7 +120,9 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     real share[WEDGE_POSITIONS], density[WEDGE_POSITIONS];
     rgb sum = cgrey(R(0));
     mask open = FALSE_MASK, planar = FALSE_MASK, rest = live;
-    if (STRATEGY_HAS_WEDGE) {
+    /* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
+    int nulls = HAS(NULL) && s->params->has_null;
+    if (!nulls) {
         planar = live & at->primary & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
         if (ANY(planar)) {
             wedge_store(s, l, g, at->d, i, rows);
@@ -172,7 +172,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         real along = lclamp(p.t + g->delta, R(0), at->t_end);
         rgb seen;
         mask rays = lit & !rasters & !open;
-        if (HAS(NULL)) {
+        if (nulls) {
             seen = visibility(s, vmad(at->d, along, at->o), wi, p.distance * SHORT_OF_LIGHT, at->inside, lit);
             seen = cmul(seen, medium_transmittance(at->m.sigma_t, along));
         } else {

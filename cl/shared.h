@@ -185,7 +185,7 @@ typedef struct {
     float frame_x[3];     /* the light's own x and y axes in the world, for the gobo */
     float tan_cutoff;
     float frame_y[3];
-    float pad;
+    float solid_angle;    /* integral of the falloff: power / intensity; directional: 0 */
 } b_light;
 SIZE_IS(b_light, 96);
 
@@ -256,7 +256,8 @@ typedef struct {
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
 
     int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
-    int pad[3];
+    int lamp_cdf;                /* first of light_count + 1 entries in cdf[]: lamps by power; directional ones have none */
+    int has_null, has_specular;  /* FEATURE_NULL, FEATURE_SPECULAR of the scene: a program may be built for more */
 } b_params;
 SIZE_IS(b_params, 304);
 

@@ -105,6 +105,8 @@ static brume_result build(const brume_scene *scene, const uint32_t crop[4], brum
     if (p->quadric_count)
         arrays->features |= FEATURE_QUADRICS;
     p->surfaces_emit = surfaces_emit(arrays);
+    p->has_null = (arrays->features & FEATURE_NULL) != 0;
+    p->has_specular = (arrays->features & FEATURE_SPECULAR) != 0;
     double start = brume_seconds();
     BRUME_TRY(brume_bvh_build(scene->context, arrays->positions, arrays->triangles, (uint32_t)p->triangle_count,
                               arrays->quadrics, (uint32_t)p->quadric_count, &arrays->bvh));

@@ -14,6 +14,14 @@ static double versine(double angle) {
     return 2 * s * s;
 }
 
+/* Integral over the sphere of a falloff of 1 up to `beam`, then linear in the angle to 0 at `cutoff`: 2 pi (1 - (sin
+ * cutoff - sin beam) / (cutoff - beam)), without the cancellation of narrow cones. */
+static double spot_solid_angle(double cutoff, double beam) {
+    double h = 0.5 * (cutoff - beam), m = 0.5 * (cutoff + beam);
+    double rest = h > 0.01 ? 1 - sin(h) / h : h * h / 6 * (1 - h * h / 20 * (1 - h * h / 42));
+    return 2 * PI * (versine(m) + cos(m) * rest);
+}
+
 static b_light make_light(const brume_light_desc *desc) {
     static const int kinds[] = {LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL};
     b_light out = {.kind = kinds[desc->kind], .texture = -1};
@@ -37,6 +45,9 @@ static b_light make_light(const brume_light_desc *desc) {
     out.v_beam = (float)versine(beam);
     /* Only a texture asks for it, and only narrower cones have one. */
     out.tan_cutoff = desc->cutoff_angle < 90 ? (float)tan(cutoff) : 0;
+    out.solid_angle = (float)(desc->kind == BRUME_LIGHT_SPOT    ? spot_solid_angle(cutoff, beam)
+                              : desc->kind == BRUME_LIGHT_POINT ? 4 * PI
+                                                                : 0);
     if (desc->kind == BRUME_LIGHT_SPOT && desc->texture != BRUME_NONE)
         out.texture = (int)desc->texture;
     return out;
@@ -56,6 +67,21 @@ static brume_result delta_lights(const brume_scene *scene, brume_arrays *arrays)
     arrays->params.light_count = (int)arrays->light_count;
     if (arrays->light_count)
         arrays->features |= FEATURE_DELTA_LIGHTS;
+    return BRUME_OK;
+}
+
+static brume_result lamp_table(const brume_scene *scene, brume_arrays *arrays) {
+    uint32_t first;
+    double *power;
+    if (arrays->light_count == 0)
+        return BRUME_OK;
+    BRUME_TRY(brume_arrays_more_cdf(scene, arrays, arrays->light_count + 1, &first));
+    BRUME_TRY(brume_arrays_alloc(scene, "lights", arrays->light_count, sizeof *power, &power));
+    for (uint32_t i = 0; i < arrays->light_count; i++)
+        power[i] = brume_luminance(arrays->lights[i].intensity) * arrays->lights[i].solid_angle;
+    brume_cumulate(power, arrays->light_count, arrays->cdf + first);
+    free(power);
+    arrays->params.lamp_cdf = (int)first;
     return BRUME_OK;
 }
 
@@ -122,5 +148,6 @@ static brume_result emitters(const brume_scene *scene, brume_arrays *arrays) {
 
 brume_result brume_arrays_lights(const brume_scene *scene, brume_arrays *arrays) {
     BRUME_TRY(delta_lights(scene, arrays));
+    BRUME_TRY(lamp_table(scene, arrays));
     return emitters(scene, arrays);
 }

@@ -309,10 +309,11 @@ typedef enum brume_strategy {
 
 /* How light that scatters more than once in a medium is looked for. */
 typedef enum brume_indirect {
-    BRUME_INDIRECT_AUTO = 0,      /* the default: RAY_LIGHTS where the scene has lamps in a medium, else PHASE */
+    BRUME_INDIRECT_AUTO = 0,      /* RAY_LIGHTS; the default */
     BRUME_INDIRECT_PHASE = 1,     /* by paths that follow the phase function */
     BRUME_INDIRECT_MIXTURE = 2,   /* or turn towards a lamp now and then */
-    BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012) */
+    BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012); PHASE where these
+                                     don't apply: null surfaces, directional lamps, a camera outside of the medium */
 } brume_indirect;
 
 /* "equiangular-cone" and so on, as in scene files and on the command line; NULL for other numbers. */
@@ -401,7 +402,7 @@ typedef struct brume_render_stats {
     uint32_t seed;
     brume_strategy strategy;
     uint32_t positions;             /* as asked for */
-    brume_indirect indirect;
+    brume_indirect indirect;        /* what it came to: never AUTO */
     uint32_t complete;              /* every sample of it is in the film */
     uint64_t samples;               /* in the film, over all pixels */
     uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */

@@ -208,6 +208,19 @@ static void camera_matrix(const b_params *p, float out[16]) {
     out[15] = 1;
 }
 
+/* Rays of light are worth their price for light that scatters twice, and know only lamps with a place in one medium. */
+static brume_indirect resolve_indirect(const brume_render_desc *desc, const brume_arrays *a) {
+    const uint32_t needed = FEATURE_MEDIA | FEATURE_DELTA_LIGHTS;
+    if (desc->indirect == BRUME_INDIRECT_PHASE || desc->indirect == BRUME_INDIRECT_MIXTURE) return desc->indirect;
+    if (desc->strategy == BRUME_STRATEGY_SPHERICAL || desc->strategy == BRUME_STRATEGY_DISTANCE)
+        return BRUME_INDIRECT_PHASE;
+    if ((a->features & needed) != needed || (a->features & FEATURE_NULL)) return BRUME_INDIRECT_PHASE;
+    if (a->params.sensor_medium < 0 || a->params.max_depth < 3) return BRUME_INDIRECT_PHASE;
+    for (uint32_t i = 0; i < a->light_count; i++)
+        if (a->lights[i].kind == LIGHT_DIRECTIONAL) return BRUME_INDIRECT_PHASE;
+    return BRUME_INDIRECT_RAY_LIGHTS;
+}
+
 brume_result brume_render_create(brume_device *device, const brume_scene *scene, const brume_render_desc *given,
                                  brume_render **out) {
     if (!device) return BRUME_ERROR_ARGUMENT;
@@ -236,6 +249,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
         desc.positions = scene->integrator.positions;
     }
     if (!desc.use_indirect) desc.indirect = scene->integrator.indirect;
+    desc.indirect = resolve_indirect(&desc, &arrays);
     arrays.params.positions = desc.positions ? (int)desc.positions
                               : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS : RASTER_POSITIONS;
     render->desc = desc;

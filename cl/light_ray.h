@@ -1,0 +1,106 @@
+/* light_ray.h -- a ray of light that leaves a lamp: where it goes, what it carries, and the surface that it ends at.
+ *
+ * A lamp is chosen in proportion to its power, a direction in proportion to its falloff or nearly so, so that all rays
+ * carry about the same flux.
+ */
+#ifndef BRUME_LIGHT_RAY_H
+#define BRUME_LIGHT_RAY_H
+
+#include "bsdf.h"
+#include "cdf.h"
+#include "geometry.h"
+#include "lamp.h"
+#include "reservoir.h"
+#include "warp.h"
+
+typedef struct {
+    mask some;
+    vec o, d;
+    real length;  /* to the first surface; FAR_AWAY without one */
+    rgb flux;     /* carried, W over the probability of the ray; before any extinction */
+    mask diffuse; /* that surface is, and reflects: */
+    vec end;      /* on it, moved off it to the lit side: where a shadow ray should end */
+    vec ng, ns;   /* unit; ns on the lit side */
+    rgb bounce;   /* flux reflected there, per steradian and cosine at ng */
+} light_ray;
+
+FN light_ray light_ray_none(void) {
+    light_ray r;
+    r.some = r.diffuse = FALSE_MASK;
+    r.o = r.d = r.end = r.ng = r.ns = vmake(R(0), R(0), R(1));
+    r.length = R(0);
+    r.flux = r.bounce = cgrey(R(0));
+    return r;
+}
+
+FN light_ray light_ray_select(mask m, light_ray a, light_ray b) {
+    light_ray r;
+    r.some = m ? a.some : b.some;
+    r.o = vselect(m, a.o, b.o);
+    r.d = vselect(m, a.d, b.d);
+    r.length = m ? a.length : b.length;
+    r.flux = cselect(m, a.flux, b.flux);
+    r.diffuse = m ? a.diffuse : b.diffuse;
+    r.end = vselect(m, a.end, b.end);
+    r.ng = vselect(m, a.ng, b.ng);
+    r.ns = vselect(m, a.ns, b.ns);
+    r.bounce = cselect(m, a.bounce, b.bounce);
+    return r;
+}
+
+/* A direction of the lamp's light, and falloff over its density: the lamp's solid angle, on average. */
+FN vec lamp_sample(const lamp *l, real solid_angle, real u, real v_turn, real *weight) {
+    /* In full beam: evenly. Beyond: the angle in proportion to the falloff, which is linear in it. */
+    real core = R(2 * PI) * l->v_beam / solid_angle;
+    mask full = split(&u, lmin(core, R(1))) | (R(1) - core < R(1e-6));
+    real v = u * l->v_beam, falls = R(1) / l->inv_fade;
+    real angle = l->cutoff - falls * sqrt(u), s, c;
+    lsincos(R(0.5) * angle, &s, &c);
+    *weight = full ? solid_angle : R(2 * PI) * s * c * falls / lmax(R(1) - core, R(1e-6));
+    v = full ? v : R(2) * square(s);
+    *weight = l->cone ? *weight : R(4 * PI);
+    v = l->cone ? v : R(2) * u;
+    vec t, b;
+    real sp, cp, sine = sqrt(lmax(v * (R(2) - v), R(0)));
+    orthonormal_basis(l->axis, &t, &b);
+    lsincos_turns(v_turn, &sp, &cp);
+    return vmad(t, sine * cp, vmad(b, sine * sp, vscale(l->axis, R(1) - v)));
+}
+
+FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask live) {
+    light_ray r = light_ray_none();
+    ireal first = I(s->params->lamp_cdf);
+    ireal k = live ? cdf_find(s->cdf, first, s->params->light_count, u_lamp) : I(0);
+    real share = gather(s->cdf, first + k + I(1)) - gather(s->cdf, first + k);
+    lamp l = lamp_gather(s, k);
+    live = live & !l.directional & (share > R(0));
+    if (!ANY(live)) return r;
+    real weight;
+    vec d = lamp_sample(&l, GATHER(s->lights, solid_angle, k), u, v, &weight);
+    r.some = live;
+    r.o = l.position;
+    r.d = d;
+    r.flux = cscale(cmul(l.intensity, lamp_gobo(s, &l, d)), weight / lmax(share, R(1e-30)));
+    /* A lamp may sit on a surface. */
+    hit h = closest(&s->geometry, r.o, d, R(8) * lamp_resolution(&l, l.position), FAR_AWAY, live);
+    mask met = live & (h.prim >= I(0));
+    r.length = met ? h.t : FAR_AWAY;
+    if (!ANY(met)) return r;
+    surface at = surface_of(s, r.o, d, h, met);
+    shading_frame frame = shading_frame_of(at.ns, at.tangent);
+    vec wi = to_local(&frame, vneg(d));
+    bsdf b = bsdf_of(s, GATHER_INT(s->shapes, bsdf, at.shape), wi, at.u, at.v, met);
+    real side = b.mirrored ? R(-1) : R(1);
+    real cosine = wi.z * side;
+    r.diffuse = met & (b.kind == I(BSDF_DIFFUSE));
+    mask reflects = r.diffuse & (cosine > R(0));
+    r.end = offset_origin(at.p, at.ng, vneg(d));
+    r.ng = at.ng;
+    r.ns = vscale(at.ns, side);
+    /* What arrives per area goes with the true normal, what is reflected with the shading normal. */
+    real per_flux = cosine / lmax(fabs(vdot(at.ng, d)), R(1e-6)) * R(1 / PI);
+    r.bounce = cselect(reflects, cscale(cmul(r.flux, b.reflectance), per_flux), cgrey(R(0)));
+    return r;
+}
+
+#endif

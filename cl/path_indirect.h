@@ -1,0 +1,129 @@
+/* path_indirect.h -- light that scatters at least twice, the second to last time in a medium: the segment of a path is
+ * connected to a ray of light from a lamp.
+ *
+ * Along that ray light scatters everywhere (a virtual ray light: Novak, Nowrouzezahrai, Dachsbacher & Jarosz 2012, "Virtual
+ * ray lights for rendering scenes with participating media"); and where it ends, a diffuse surface reflects it (an
+ * instant radiosity light: Keller 1997, with the segment's point chosen equiangularly about it). One of the two is
+ * connected to, in proportion to what they would give if nothing stood between.
+ *
+ * Who counts what: let the vertex next to the lamp be y and the one before it, seen from the lamp, x. If x lies in a
+ * medium, and y in a medium or on a diffuse surface, the path is counted here, at the segment that holds x; and so neither
+ * where a segment that starts in a medium gathers from lamps (path_medium.h), nor where a diffuse surface that was
+ * reached from a medium samples them (path.h). All other paths are counted there and not here.
+ *
+ * Points on the two rays: t on the segment by the inverse hyperbolic sine of the distance from where the rays are
+ * closest, which cancels the distance between x and the ray of light; then s on the ray of light equiangularly about x,
+ * which cancels the squared distance between x and y.
+ */
+#ifndef BRUME_PATH_INDIRECT_H
+#define BRUME_PATH_INDIRECT_H
+
+#include "path_state.h"
+#include "phase_hg.h"
+#include "reservoir.h"
+#include "visibility.h"
+
+/* Nothing comes through more optical depth than this. */
+#define CONNECT_DEPTH R(60)
+
+typedef struct {
+    rgb value; /* without what lies between x and y */
+    real t;    /* of x on the segment */
+    vec wi;    /* from x to y, unit */
+    real distance;
+} connection;
+
+FN real lasinh(real x) {
+    real a = fabs(x);
+    return copysign(llog1p(a + square(a) / (R(1) + sqrt(fma(a, a, R(1))))), x);
+}
+
+/* As far as light comes through the medium. */
+FN real connect_reach(const medium *m, real length) {
+    return lmin(length, CONNECT_DEPTH / lmax(cmin(m->sigma_t), R(1e-12)));
+}
+
+/* To a point of the ray of light. */
+FN connection connect_ray(const light_ray *r, vec o, vec d, real t_end, const medium *m, real u, real v) {
+    connection out;
+    vec w = vsub(r->o, o), c = vcross(d, r->d);
+    real sine2 = vdot(c, c), sine = sqrt(sine2);
+    mask skew = sine > R(1e-3);
+    real per_sine2 = R(1) / lmax(sine2, R(1e-12));
+    real closest_t = vdot(vcross(w, r->d), c) * per_sine2;
+    real size = sqrt(vdot(w, w)), reach = connect_reach(m, t_end), length = connect_reach(m, r->length);
+    /* A floor: below it the rays' distance is rounding. */
+    real h = lmax(fabs(vdot(w, c)) / lmax(sine, R(1e-6)), R(0x1p-18f) * (size + R(1e-18)));
+    real scale = sine / h;
+    real z0 = lasinh(-closest_t * scale), z1 = lasinh((reach - closest_t) * scale);
+    real z = fma(v, z1 - z0, z0), e = lexp(z), cosh_z = R(0.5) * (e + R(1) / e);
+    real t = closest_t + R(0.5) * (e - R(1) / e) / lmax(scale, R(1e-12));
+    real per_density = cosh_z * (z1 - z0) / lmax(scale, R(1e-12));
+    out.t = lclamp(skew ? t : v * reach, R(0), reach);
+    per_density = skew ? per_density : reach;
+
+    vec x = vmad(d, out.t, o), to_x = vsub(x, r->o);
+    real along = vdot(to_x, r->d);
+    real D = lmax(vlength(vmad(r->d, -along, to_x)), R(0x1p-18f) * (vlength(to_x) + R(1e-18)));
+    equiangular_range range = equiangular_range_of(D, -along, length - along);
+    real s = along + equiangular_sample(&range, u);
+    s = lclamp(s, R(0), length);
+    vec y = vmad(r->d, s, r->o), from_y = vsub(x, y);
+    out.distance = lmax(vlength(from_y), D);
+    out.wi = vscale(from_y, R(-1) / out.distance);
+    real phases = phase_hg(r->d, vneg(out.wi), m->g) * phase_hg(vneg(out.wi), vneg(d), m->g);
+    rgb sigma_s = cmul(m->sigma_t, m->albedo);
+    out.value = cscale(cmul(r->flux, medium_transmittance(m->sigma_t, out.t + s)),
+                       phases * per_density * range.width / D);
+    out.value = cmul(out.value, cmul(sigma_s, sigma_s));
+    return out;
+}
+
+/* To the surface at its end. */
+FN connection connect_end(const light_ray *r, vec o, vec d, real t_end, const medium *m, real u) {
+    connection out;
+    vec w = vsub(r->end, o);
+    real along = vdot(w, d), reach = connect_reach(m, t_end);
+    real D = lmax(vlength(vmad(d, -along, w)), R(0x1p-18f) * (vlength(w) + R(1e-18)));
+    equiangular_range range = equiangular_range_of(D, -along, reach - along);
+    out.t = lclamp(along + equiangular_sample(&range, u), R(0), reach);
+    vec x = vmad(d, out.t, o), from_y = vsub(x, r->end);
+    out.distance = lmax(vlength(from_y), D);
+    out.wi = vscale(from_y, R(-1) / out.distance);
+    real cosine = vdot(r->ns, out.wi) < R(0) ? fabs(vdot(r->ng, out.wi)) : R(0);
+    out.value = cscale(cmul(r->bounce, medium_transmittance(m->sigma_t, out.t + r->length)),
+                       cosine * phase_hg(vneg(out.wi), vneg(d), m->g) * range.width / D);
+    out.value = cmul(out.value, cmul(m->sigma_t, m->albedo));
+    return out;
+}
+
+/* Adds what the segment of length t_end gets from the path's ray of light. */
+FN void path_connect(const scene *s, path *p, const medium *m, real t_end, mask live) {
+    const light_ray *r = &p->light;
+    live = live & r->some;
+    if (!ANY(live)) return;
+    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_INDIRECT));
+    real sigma = cmean(m->sigma_t), choice = unit(u.w);
+    connection c = connect_ray(r, p->o, p->d, t_end, m, unit(u.x), unit(u.y));
+    real a = luminance(cmul(c.value, p->throughput)) * lexp(-sigma * c.distance), share = R(1);
+    mask reflects = live & r->diffuse & !is_black(r->bounce);
+    if (ANY(reflects)) {
+        connection e = connect_end(r, p->o, p->d, t_end, m, unit(u.z));
+        real b = luminance(cmul(e.value, p->throughput)) * lexp(-sigma * e.distance);
+        b = (reflects & (b > R(0))) ? b : R(0);
+        share = a / lmax(a + b, R(1e-37));
+        mask end = reflects & (choice >= share);
+        share = end ? R(1) - share : share;
+        share = reflects ? share : R(1);
+        c.value = cselect(end, e.value, c.value);
+        c.t = end ? e.t : c.t;
+        c.wi = vselect(end, e.wi, c.wi);
+        c.distance = end ? e.distance : c.distance;
+    }
+    live = live & !is_black(c.value) & (share > R(0));
+    if (!ANY(live)) return;
+    rgb seen = visibility(s, vmad(p->d, c.t, p->o), c.wi, c.distance * SHORT_OF_LIGHT, p->medium, live);
+    path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))));
+}
+
+#endif
