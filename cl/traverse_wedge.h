@@ -18,7 +18,9 @@
 #include "traverse_single.h"
 
 #define WEDGE_POSITIONS 64
+#ifndef WEDGE_MAX_VISITS
 #define WEDGE_MAX_VISITS 1024
+#endif
 
 /* As for shadow rays: occluders nearer to the lamp than this share of the way are the lamp's own. */
 #define WEDGE_NEAR ((real1)1e-6f)

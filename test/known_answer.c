@@ -112,7 +112,7 @@ void set_camera(brume_scene *scene, const view *v, uint32_t medium) {
     brume_sensor_desc sensor = brume_sensor_desc_default();
     view_matrix(v, sensor.to_world);
     sensor.fov = v->fov;
-    sensor.near_clip = 1e-6f;
+    sensor.near_clip = 1e-12f; /* fog before it is not seen: at an optical depth of 100 a millionth would tell */
     sensor.far_clip = 1e6f;
     sensor.medium = medium;
     must(brume_scene_set_sensor(scene, &sensor));
@@ -183,21 +183,18 @@ void add_constant(brume_scene *scene, double radiance) {
 
 /* ---- estimates and checks ---------------------------------------------------------------------------------------- */
 
-estimate render(brume_scene *scene) {
+estimate render_as(const brume_scene *scene, const brume_render_desc *desc) {
     estimate result;
     float pixels[PIXELS * PIXELS * 3];
     brume_render *picture = NULL;
-    brume_render_desc desc = brume_render_desc_default();
     brume_render_stats stats;
     const int n = PIXELS * PIXELS;
-    desc.guides = 0;
-    must(brume_render_create(device, scene, &desc, &picture));
+    must(brume_render_create(device, scene, desc, &picture));
     must(brume_render_run(picture, NULL, NULL));
     must(brume_render_read(picture, BRUME_CHANNEL_RADIANCE, pixels, sizeof pixels / sizeof pixels[0]));
     must(brume_render_get_stats(picture, &stats));
     assert_int_equal(stats.bad_samples, 0);
     brume_render_destroy(picture);
-    brume_scene_destroy(scene);
     for (int c = 0; c < 3; c++) {
         double sum = 0, squares = 0;
         for (int i = 0; i < n; i++)
@@ -207,6 +204,14 @@ estimate render(brume_scene *scene) {
         result.mean[c] = sum / n;
         result.error[c] = sqrt(squares / (n - 1.0) / n);
     }
+    return result;
+}
+
+estimate render(brume_scene *scene) {
+    brume_render_desc desc = brume_render_desc_default();
+    desc.guides = 0;
+    estimate result = render_as(scene, &desc);
+    brume_scene_destroy(scene);
     return result;
 }
 

@@ -58,7 +58,9 @@ typedef struct estimate {
     double mean[3], error[3]; /* standard error of the mean, from the spread of the pixels */
 } estimate;
 
-/* Renders and destroys the scene. */
+/* Renders as the descriptor says; PIXELS x PIXELS. */
+estimate render_as(const brume_scene *scene, const brume_render_desc *desc);
+/* Renders with the scene's own settings and destroys it. */
 estimate render(brume_scene *scene);
 
 /* Within four standard errors. */

@@ -98,6 +98,62 @@ test_mesh test_mesh_slivers(uint32_t count) {
     return m;
 }
 
+/* The squares of a side lie alike, so the triangles' edges meet across all sides. */
+test_mesh test_mesh_cube(uint32_t cells) {
+    test_mesh m = allocate(36 * cells * cells, 12 * cells * cells);
+    static const int corners[6][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 0}, {1, 1}, {0, 1}};
+    uint32_t n = 0;
+    for (int side = 0; side < 6; side++)
+        for (uint32_t i = 0; i < cells * cells; i++)
+            for (int k = 0; k < 6; k++, n++) {
+                int axis = side / 2, u = (axis + 1) % 3, v = (axis + 2) % 3;
+                uint32_t a = i % cells + (uint32_t)corners[k][0], b = i / cells + (uint32_t)corners[k][1];
+                m.positions[3 * n + axis] = side % 2 ? 1 : -1;
+                m.positions[3 * n + u] = -1 + 2 * (float)a / (float)cells;
+                m.positions[3 * n + v] = -1 + 2 * (float)b / (float)cells;
+            }
+    for (uint32_t i = 0; i < m.triangle_count; i++) set_triangle(&m, i, 3 * i, 3 * i + 1, 3 * i + 2);
+    return m;
+}
+
+test_mesh test_mesh_slats(uint32_t count) {
+    test_mesh m = allocate(4 * count, 2 * count);
+    for (uint32_t i = 0; i < count; i++) {
+        double x = -1 + 2 * (i + 0.5) / count, width = 0.4 / count;
+        for (uint32_t k = 0; k < 4; k++) {
+            m.positions[3 * (4 * i + k)] = (float)(x + (k % 2 ? width : -width));
+            m.positions[3 * (4 * i + k) + 1] = k < 2 ? -1 : 1;
+            m.positions[3 * (4 * i + k) + 2] = (float)(0.3 * (k % 2 ? width : -width));
+        }
+        set_triangle(&m, 2 * i, 4 * i, 4 * i + 1, 4 * i + 2);
+        set_triangle(&m, 2 * i + 1, 4 * i + 1, 4 * i + 3, 4 * i + 2);
+    }
+    return m;
+}
+
+test_mesh test_mesh_cones(uint32_t count, uint64_t seed) {
+    enum { SIDES = 12 };
+    test_mesh m = allocate((SIDES + 2) * count, 2 * SIDES * count);
+    for (uint32_t i = 0; i < count; i++) {
+        uint32_t foot = (SIDES + 2) * i, top = foot + 1;
+        double x = symmetric(&seed), z = symmetric(&seed), height = 0.5 + test_uniform(&seed), r = 0.2 * height;
+        float *p = m.positions + 3 * (size_t)foot;
+        p[0] = p[3] = (float)x;
+        p[1] = -1;
+        p[4] = (float)(height - 1);
+        p[2] = p[5] = (float)z;
+        for (uint32_t k = 0; k < SIDES; k++) {
+            double phi = 6.283185307179586 * k / SIDES;
+            p[6 + 3 * k] = (float)(x + r * cos(phi));
+            p[7 + 3 * k] = -1;
+            p[8 + 3 * k] = (float)(z + r * sin(phi));
+            set_triangle(&m, 2 * SIDES * i + 2 * k, top, top + 1 + (k + 1) % SIDES, top + 1 + k);
+            set_triangle(&m, 2 * SIDES * i + 2 * k + 1, foot, top + 1 + k, top + 1 + (k + 1) % SIDES);
+        }
+    }
+    return m;
+}
+
 test_mesh test_mesh_quadrics(uint32_t count, uint64_t seed) {
     test_mesh m = allocate(0, 0);
     m.quadrics = calloc((size_t)count + 1, sizeof *m.quadrics);

@@ -29,6 +29,15 @@ test_mesh test_mesh_terrain(uint32_t cells);
 /* Needles and slivers, down to aspects of 1e-6. */
 test_mesh test_mesh_slivers(uint32_t count);
 
+/* A closed cube from -1 to 1 of cells x cells squares a side, as loose triangles; corners at multiples of 2 / cells. */
+test_mesh test_mesh_cube(uint32_t cells);
+
+/* Thin parallel slats across z = 0, x from -1 to 1. */
+test_mesh test_mesh_slats(uint32_t count);
+
+/* Cones of 12 sides that stand on y = -1, closed. */
+test_mesh test_mesh_cones(uint32_t count, uint64_t seed);
+
 /* Spheres and elliptic disks of all sizes. */
 test_mesh test_mesh_quadrics(uint32_t count, uint64_t seed);
 
