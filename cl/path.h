@@ -195,7 +195,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
     mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
 
     p->met = p->met | scatters | (reached & !null);
-    if (HAS(GUIDES)) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
+    if (HAS(GUIDES) && !s->is_pilot) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
 
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);

@@ -20,10 +20,12 @@
 
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* So few lamps are all looked at along a camera ray. */
-#ifndef EVERY_LAMP
-#define EVERY_LAMP 8
+/* A wedge with so many nodes and leaves is better seen by a few shadow rays: half a million thin branches take 235 visits, a
+ * bunny 36, slats 12, a room 19. */
+#ifndef PLAN_VISITS
+#define PLAN_VISITS 60
 #endif
+#define PLAN_RAYS_POSITIONS 4
 
 /* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
  * is chosen among others) by this. */
@@ -93,6 +95,23 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     return open.all != I(0);
 }
 
+/* STRATEGY_AUTO: the plan's row for a lamp, which the pilot writes. */
+FN void wedge_plan(const lanes_of_real *rows, const geometry *g, mask live, __global uchar *row) {
+    lanes_of_ireal in;
+    in.all = live;
+    for (int k = 0; k < LANES; k++) {
+        if (!in.one[k]) continue;
+        wedge w = wedge_take(rows, k);
+        row[k] = wedge_survey(g, &w, 0, PLAN_VISITS).visits < PLAN_VISITS ? PLAN_RASTER : PLAN_RAYS;
+    }
+}
+
+FN mask wedge_planned(__global const uchar *row) {
+    lanes_of_ireal p;
+    EACH_LANE(k) p.one[k] = row[k];
+    return p.all == I(PLAN_RAYS);
+}
+
 /* One bit per position of each lane that something hides. */
 FN void wedge_rasterize(const scene *s, const lanes_of_real *rows, const lanes_of_real *t, ireal count, mask live,
                         lanes_of_u32 *low, lanes_of_u32 *high) {
@@ -118,9 +137,9 @@ FN int scatter_positions(const scene *s, mask primary) {
     return STRATEGY == STRATEGY_PRODUCT || !ANY(primary) ? 1 : s->params->positions;
 }
 
-/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. */
+/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. plan: the lamp's row, or NULL. */
 FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const beam *g, beam_interval i, real u,
-                        mask live) {
+                        __global uchar *plan, mask live) {
     lanes_of_real rows[16], t[WEDGE_POSITIONS];
     real share[WEDGE_POSITIONS], density[WEDGE_POSITIONS];
     rgb sum = cgrey(R(0));
@@ -134,6 +153,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         if (ANY(planar)) {
             wedge_store(s, l, g, at->d, i, rows);
             open = wedge_open(s, rows, planar);
+            if (STRATEGY == STRATEGY_AUTO && s->is_pilot && plan) wedge_plan(rows, &s->geometry, planar & !open, plan);
             mask smooth = open & (l->light < I(0)) & !l->met;
             if (ANY(smooth)) {
                 integral whole = beam_integral(g, l, i, &at->m);
@@ -143,12 +163,15 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             }
         }
     }
-    if (!ANY(rest)) return sum;
+    if (!ANY(rest) || s->is_pilot) return sum;
 
     real sigma = grey_extinction(&at->m);
     piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
     int most = scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
+    mask by_rays = STRATEGY == STRATEGY_AUTO && plan ? wedge_planned(plan) : FALSE_MASK;
+    count = (by_rays & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
+    if (most > PLAN_RAYS_POSITIONS && !ANY(rest & several & !by_rays)) most = PLAN_RAYS_POSITIONS;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
@@ -162,7 +185,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        rasters = rest & planar & !open;
+        rasters = rest & planar & !open & !by_rays;
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
     }
     real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
@@ -258,24 +281,26 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
         mask wants = by_emitters;
         lamp l;
         real scale = R(1);
+        __global uchar *plan = NULL;
         if (k < rounds) {
             ireal which = every ? I(k) : choice;
             wants = by_lamps & (which >= I(0)) & (every | (I(k) == I(0)));
             if (!ANY(wants)) continue;
             l = lamp_gather(s, wants ? which : I(0));
             scale = every ? R(1) : R(1) / share;
+            if (s->plan && count <= EVERY_LAMP) plan = s->plan + s->plan_stride * (size_t)k;
         } else {
             l = emitter_lamp(s, at->o, at->d, at->t_end, u_emitter, wants);
         }
         rgb value = cgrey(R(0));
         mask parallel = wants & l.directional;
-        if (ANY(parallel)) value = scatter_parallel(s, &l, at, u_position, parallel);
+        if (ANY(parallel) && !s->is_pilot) value = scatter_parallel(s, &l, at, u_position, parallel);
         if (ANY(wants & !l.directional)) {
             beam g = beam_of(&l, at->o, at->d, at->t_end);
             for (int part = 0; part < 2; part++) {
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
-                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, lit));
+                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, plan, lit));
             }
         }
         sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);

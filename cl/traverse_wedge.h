@@ -230,21 +230,30 @@ FN void wedge_edges(const wedge *w, real1 t0, real1 t1, along3 *edge0, along3 *e
     *edge1 = wedge_along(w, t1 / r1, -w->D / r1);
 }
 
-/* Whether nothing at all lies in the wedge; an occluder that only touches its ends doesn't count. */
-WALK int wedge_is_empty(const geometry *g, const wedge *w) {
+/* A walk through the wedge that looks at no position: how much there is in it. */
+typedef struct {
+    int touches; /* triangles and quadrics that hide a part of the ray; those that only touch its ends don't count */
+    int visits;  /* nodes and leaves */
+} wedge_contents;
+
+/* Ends at the first touch, or after `limit` visits; then `touches` is 1 at least. */
+WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first, int limit) {
     int stack[BVH_STACK];
     int top = 0, child = 0;
+    wedge_contents in;
     along3 edge0, edge1;
     wedge_edges(w, w->t0, w->t1, &edge0, &edge1);
-    for (int visits = 0; visits < WEDGE_MAX_VISITS; visits++) {
+    in.touches = 0;
+    for (in.visits = 0; in.visits < limit; in.visits++) {
         if (child < 0) {
             uint code = ~(uint)child, first = code >> 4, count = (code & 7) + 1;
             int quadrics = (FEATURES & FEATURE_QUADRICS) && (code & 8);
-            if (quadrics && wedge_touches_quadrics(g, w, code)) return 0;
+            if (quadrics) in.touches += wedge_touches_quadrics(g, w, code);
             for (uint i = first; i < first + count && !quadrics; i++) {
                 lanes_of_wide low, high;
-                if (wedge_block(&g->blocks[i], w, &low, &high)) return 0;
+                if (wedge_block(&g->blocks[i], w, &low, &high)) in.touches++;
             }
+            if (to_first && in.touches) return in;
         } else {
             ulong set = wedge_node(&g->nodes[child], w, edge0, edge1);
             for (; set; top++) {
@@ -253,10 +262,16 @@ WALK int wedge_is_empty(const geometry *g, const wedge *w) {
                 stack[top] = g->nodes[child].child[k];
             }
         }
-        if (top == 0) return 1;
+        if (top == 0) return in;
         child = stack[--top];
     }
-    return 0;
+    in.touches++;
+    return in;
+}
+
+/* Whether nothing at all lies in the wedge. */
+FN int wedge_is_empty(const geometry *g, const wedge *w) {
+    return wedge_survey(g, w, 1, WEDGE_MAX_VISITS).touches == 0;
 }
 
 /* One bit per position that something hides. `visits` counts nodes and leaves. */
