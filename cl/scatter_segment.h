@@ -20,11 +20,10 @@
 
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* A wedge with so many nodes and leaves is better seen by a few shadow rays: half a million thin branches take 235 visits, a
- * bunny 36, slats 12, a room 19. */
-#ifndef PLAN_VISITS
-#define PLAN_VISITS 60
-#endif
+/* What a walk may cost, in nodes and leaves: to find out that nothing hides the lamp; to find out what is hidden. Half a
+ * million thin branches take 235, a bunny 36, slats 12, a room 19. */
+#define PLAN_OPEN_VISITS 24
+#define PLAN_RASTER_VISITS 60
 #define PLAN_RAYS_POSITIONS 4
 
 /* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
@@ -95,21 +94,29 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     return open.all != I(0);
 }
 
-/* STRATEGY_AUTO: the plan's row for a lamp, which the pilot writes. */
-FN void wedge_plan(const lanes_of_real *rows, const geometry *g, mask live, __global uchar *row) {
+/* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS positions
+ * are dark. */
+#define PILOT_POSITIONS 16
+FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, mask live,
+                   __global uchar *row) {
     lanes_of_ireal in;
     in.all = live;
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
         wedge w = wedge_take(rows, k);
-        row[k] = wedge_survey(g, &w, 0, PLAN_VISITS).visits < PLAN_VISITS ? PLAN_RASTER : PLAN_RAYS;
+        wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
+        int cheap = c.visits < PLAN_RASTER_VISITS;
+        uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;
+        if (c.touches == 0) way = c.visits < PLAN_OPEN_VISITS ? PLAN_INTEGRAL : PLAN_ONE;
+        if (dark->one[k] == (1u << PILOT_POSITIONS) - 1) way = PLAN_ONE;
+        row[k] = way;
     }
 }
 
-FN mask wedge_planned(__global const uchar *row) {
+FN ireal plan_read(__global const uchar *row) {
     lanes_of_ireal p;
     EACH_LANE(k) p.one[k] = row[k];
-    return p.all == I(PLAN_RAYS);
+    return p.all;
 }
 
 /* One bit per position of each lane that something hides. */
@@ -148,12 +155,13 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     int nulls = HAS(NULL) && s->params->has_null;
     /* The place on a large or near emitter is noise that more points of the segment don't remove. */
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
+    ireal way = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot ? plan_read(plan) : I(PLAN_INTEGRAL);
     if (!nulls) {
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
         if (ANY(planar)) {
             wedge_store(s, l, g, at->d, i, rows);
-            open = wedge_open(s, rows, planar);
-            if (STRATEGY == STRATEGY_AUTO && s->is_pilot && plan) wedge_plan(rows, &s->geometry, planar & !open, plan);
+            mask surveyed = planar & (way == I(PLAN_INTEGRAL));
+            if (ANY(surveyed) && !s->is_pilot) open = wedge_open(s, rows, surveyed);
             mask smooth = open & (l->light < I(0)) & !l->met;
             if (ANY(smooth)) {
                 integral whole = beam_integral(g, l, i, &at->m);
@@ -163,19 +171,19 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             }
         }
     }
-    if (!ANY(rest) || s->is_pilot) return sum;
+    if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
     piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
-    int most = scatter_positions(s, rest & several);
+    int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
-    mask by_rays = STRATEGY == STRATEGY_AUTO && plan ? wedge_planned(plan) : FALSE_MASK;
-    count = (by_rays & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
-    if (most > PLAN_RAYS_POSITIONS && !ANY(rest & several & !by_rays)) most = PLAN_RAYS_POSITIONS;
+    count = ((way == I(PLAN_RAYS)) & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
+    count = way == I(PLAN_ONE) ? I(1) : count;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
     }
+    while (most > 1 && !ANY(rest & (count > I(most / 2)))) most /= 2;
     real per_count = R(1) / to_real(count);
     for (int j = 0; j < most; j++) {
         share[j] = piecewise_warp(&table, (R(j) + u) * per_count, &density[j]);
@@ -185,8 +193,12 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        rasters = rest & planar & !open & !by_rays;
+        rasters = rest & planar & !open & ((way == I(PLAN_INTEGRAL)) | (way == I(PLAN_RASTER)));
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
+    }
+    if (s->is_pilot) {
+        if (plan) plan_write(s, rows, &low, rasters, plan);
+        return sum;
     }
     real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
     mask grey = (at->m.sigma_t.r == at->m.sigma_t.g) & (at->m.sigma_t.g == at->m.sigma_t.b);

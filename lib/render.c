@@ -20,7 +20,8 @@ enum {
     RENDER_COOKIE = 0x62720001,
     /* On a segment, unless asked for: more cost more than they gain (measured by make ladder). */
     SYSTEMATIC_POSITIONS = 4,
-    RASTER_POSITIONS = 64
+    RASTER_POSITIONS = 64,
+    AUTO_POSITIONS = 16
 };
 
 brume_render_desc brume_render_desc_default(void) {
@@ -265,7 +266,9 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                           arrays.light_count > 0 && arrays.light_count <= EVERY_LAMP && !arrays.params.has_null &&
                           arrays.params.max_depth >= 2;
     arrays.params.positions = desc.positions ? (int)desc.positions
-                              : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS : RASTER_POSITIONS;
+                              : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS
+                              : desc.strategy == BRUME_STRATEGY_AUTO       ? AUTO_POSITIONS
+                                                                           : RASTER_POSITIONS;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;
