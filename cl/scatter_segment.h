@@ -23,8 +23,8 @@
 /* What a walk may cost, in nodes and leaves: to find out that nothing hides the lamp; to find out what is hidden. Half a
  * million thin branches take 235, a bunny 36, slats 12, a room 19. */
 #define PLAN_OPEN_VISITS 24
-#define PLAN_RASTER_VISITS 60
-#define PLAN_RAYS_POSITIONS 4
+#define PLAN_RASTER_VISITS 24
+#define PLAN_RAYS_POSITIONS 2
 
 /* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
  * is chosen among others) by this. */
