@@ -40,17 +40,18 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
     integral sum;
     sum.value = cgrey(R(0));
     sum.exact = TRUE_MASK;
-    real x1 = i.x0 + i.width, a = fabs(m->g);
-    /* Where full beam ends, about 0 or about a whole turn. */
-    real center = i.x0 > R(PI) ? R(2 * PI) : R(0);
+    real a = fabs(m->g);
+    /* Panels are counted from the interval's start: of a narrow one far from x = 0 the ends would have no digits left.
+     * Full beam ends about x = 0 or about a whole turn. */
+    real center = (i.x0 > R(PI) ? R(2 * PI) : R(0)) - i.x0;
     real k = lclamp((l->v_beam - g->versine_out_of_plane) / lmax(R(2) * g->rho, R(1e-24)), R(0), R(1));
     real core = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
     mask thirds = !l->cone | l->cosine;
-    real cut0 = thirds ? fma(i.width, R(1.0 / 3), i.x0) : lclamp(center - core, i.x0, x1);
-    real cut1 = thirds ? fma(i.width, R(2.0 / 3), i.x0) : lclamp(center + core, i.x0, x1);
+    real cut0 = thirds ? i.width * R(1.0 / 3) : lclamp(center - core, R(0), i.width);
+    real cut1 = thirds ? i.width * R(2.0 / 3) : lclamp(center + core, R(0), i.width);
     real out_of_plane = sqrt(R(2) * g->versine_out_of_plane);
 
-    real theta0 = latan2(i.t0, g->D); /* theta = theta0 + x - i.x0 */
+    real theta0 = latan2(i.t0, g->D);
     real h = (R(1) - a) * R(0.5) / sqrt(lmax(a, R(1e-12)));
     real pole = R(2) * llog(h + sqrt(fma(h, h, R(1))));
     real peak = m->g < R(0) ? R(PI / 2) : R(-PI / 2);
@@ -59,12 +60,12 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
     int chromatic = ANY(!grey);
 
     for (int panel = 0; panel < 3; panel++) {
-        real low = panel == 0 ? i.x0 : panel == 1 ? cut0 : cut1, high = panel == 0 ? cut0 : panel == 1 ? cut1 : x1;
+        real low = panel == 0 ? R(0) : panel == 1 ? cut0 : cut1, high = panel == 0 ? cut0 : panel == 1 ? cut1 : i.width;
         real half_width = R(0.5) * (high - low), middle = R(0.5) * (high + low);
         mask some = half_width > R(0);
         real hs = R(0), hc = R(1), es = R(0), ec = R(1);
         if (!ANY(some)) continue;
-        real theta = theta0 + (middle - i.x0);
+        real theta = theta0 + middle;
         mask fades = !thirds & ((panel != 1) | (k <= R(0)));
         mask falls = l->cone & (fades | l->cosine);
         int fades_any = ANY(falls & some);
@@ -75,10 +76,10 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
         rgb part = cgrey(R(0));
         /* The nodes' angles are the middle's plus and minus four others: sums of angles by sines and cosines, from the
          * nearer end of the interval, as in equiangular.h. */
-        mask left = R(2) * (middle - i.x0) < i.width;
+        mask left = R(2) * middle < i.width;
         real end = left ? i.t0 : -i.t1, qs, qc, xs, xc;
-        lsincos(left ? middle - i.x0 : x1 - middle, &qs, &qc);
-        if (fades_any) lsincos(R(0.5) * middle, &xs, &xc);
+        lsincos(left ? middle : i.width - middle, &qs, &qc);
+        if (fades_any) lsincos(R(0.5) * (i.x0 + middle), &xs, &xc);
         for (int node = 0; node < 8; node++) {
             if (!(node & 1)) {
                 lsincos(R(0.5f * gauss_nodes[node >> 1]) * half_width, &hs, &hc);

@@ -78,6 +78,13 @@ FN void wedge_store(const scene *s, const lamp *l, const beam *g, vec d, beam_in
     rows[15].all = (size + reach) * R(0x1p-20f);
 }
 
+/* The surfaces at the ends of the segment touch the wedge without hiding anything. */
+FN wedge wedge_between_ends(wedge w) {
+    w.t0 += w.slack;
+    w.t1 -= w.slack;
+    return w;
+}
+
 /* Lanes to whose segment nothing hides the lamp. */
 FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     lanes_of_ireal in, open;
@@ -85,10 +92,7 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     open.all = I(0);
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
-        /* The surfaces at the ends of the segment touch it without hiding anything. */
-        w.t0 += w.slack;
-        w.t1 -= w.slack;
+        wedge w = wedge_between_ends(wedge_take(rows, k));
         open.one[k] = w.t1 > w.t0 ? wedge_is_empty(&s->geometry, &w) : 0;
     }
     return open.all != I(0);
@@ -103,7 +107,7 @@ FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32
     in.all = live;
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
+        wedge w = wedge_between_ends(wedge_take(rows, k));
         wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
         int cheap = c.visits < PLAN_RASTER_VISITS;
         uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;

@@ -159,9 +159,11 @@ static brume_result build_kernel(brume_render *render, const brume_arrays *array
     if (render->desc.generic) features = FEATURE_ALL & ~(uint32_t)FEATURE_GUIDES;
     if (render->desc.guides) features |= FEATURE_GUIDES;
     render->stats.features = features;
+    /* In steps, so that most scenes find each other's kernels in the driver's cache. */
+    uint32_t stack = (arrays->bvh.stack_size + 15) / 16 * 16;
     char options[160];
     snprintf(options, sizeof options, "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d",
-             features, arrays->bvh.stack_size, (unsigned)render->local_size, (int)render->desc.strategy,
+             features, stack, (unsigned)render->local_size, (int)render->desc.strategy,
              (int)render->desc.indirect);
     brume_result result = brume_program_build(device, "path.cl", render->stats.lanes, render->desc.precision, options,
                                               &render->program);

@@ -173,6 +173,18 @@ void device_test_run(const char *text, const char *options, uint32_t lanes, brum
     clReleaseKernel(kernel);
 }
 
+const char *device_test_plant(const char *header, const char *from, const char *to, const char *kernel) {
+    static char text[96 * 1024];
+    const brume_source *source = brume_sources;
+    while (source->name && strcmp(source->name, header) != 0) source++;
+    const char *at = source->name ? strstr(source->text, from) : NULL;
+    if (!at) fail_msg("there is no '%s' in %s to plant a bug in", from, header);
+    int size = snprintf(text, sizeof text, "%.*s%s%s%s", (int)(at - source->text), source->text, to, at + strlen(from),
+                        kernel);
+    assert_true(size > 0 && size < (int)sizeof text);
+    return text;
+}
+
 uint64_t test_random_bits(uint64_t *state) {
     uint64_t z = *state += 0x9e3779b97f4a7c15u;
     z = (z ^ (z >> 30)) * 0xbf58476d1ce4e5b9u;

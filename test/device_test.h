@@ -43,6 +43,10 @@ int device_test_offers(brume_precision precision);
 void device_test_run(const char *text, const char *options, uint32_t lanes, brume_precision precision, size_t elements,
                      const device_array *arrays, size_t array_count);
 
+/* A planted bug: the kernel text behind a header of cl/ in which `from` has become `to`, so that the kernel includes
+ * the header no more. Valid until the next call. Fails the running test if there is no `from`. */
+const char *device_test_plant(const char *header, const char *from, const char *to, const char *kernel);
+
 /* Pseudo-random numbers that owe nothing to the code under test (splitmix64: Steele, Lea & Flood 2014). */
 uint64_t test_random_bits(uint64_t *state);
 /* In [0, 1), multiples of 2^-24: the variates that the device uses in float. */

@@ -18,9 +18,8 @@
 #include "bvh.h"
 #include "device_test.h"
 #include "meshes.h"
-#include "program.h"
 
-enum { WEDGES = 4096, POSITIONS = 64, PLANES = 6, MAX_TEXT = 64 * 1024 };
+enum { WEDGES = 4096, POSITIONS = 64, PLANES = 6 };
 enum { T0, T1, D, DELTA, OPEN, COUNT };
 
 /* One wedge a lane. in: lamp, origin, direction, length, offset of the positions, whether the ray ends at what it hits.
@@ -559,20 +558,6 @@ static void every_width_gives_the_same_bits(void **state) {
     test_mesh_free(&m);
 }
 
-/* The header with one of its lines changed, before the kernel, which then includes it no more. */
-static const char *planted(const char *from, const char *to) {
-    static char text[MAX_TEXT];
-    const brume_source *source = brume_sources;
-    while (source->name && strcmp(source->name, "traverse_wedge.h") != 0) source++;
-    assert_non_null(source->name);
-    const char *at = strstr(source->text, from);
-    if (!at) fail_msg("there is no '%s' to plant a bug in", from);
-    int size = snprintf(text, sizeof text, "%.*s%s%s%s", (int)(at - source->text), source->text, to, at + strlen(from),
-                        kernel_text);
-    assert_true(size > 0 && size < MAX_TEXT);
-    return text;
-}
-
 /* By leaks or by what double can't excuse. */
 static void wrong_walks_are_noticed(void **state) {
     static const struct { const char *from, *to; int kind; } bugs[] = {
@@ -590,7 +575,7 @@ static void wrong_walks_are_noticed(void **state) {
     (void)state;
     if (!device_test_offers(BRUME_PRECISION_FLOAT)) skip();
     for (size_t i = 0; i < sizeof bugs / sizeof bugs[0]; i++) {
-        const char *text = planted(bugs[i].from, bugs[i].to);
+        const char *text = device_test_plant("traverse_wedge.h", bugs[i].from, bugs[i].to, kernel_text);
         int noticed;
         if (bugs[i].kind >= 0) {
             noticed = count_leaks(text, bugs[i].kind, 1, 0).lit;
