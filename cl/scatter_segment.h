@@ -316,7 +316,7 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
             for (int part = 0; part < 2; part++) {
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
-                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, plan, lit));
+                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, part ? NULL : plan, lit));
             }
         }
         sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);
