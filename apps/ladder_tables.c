@@ -1,0 +1,155 @@
+/* The results as tables: for spreadsheets, for programs, for people. */
+#include <math.h>
+#include <string.h>
+
+#include "ladder.h"
+
+/* The rung that variance x time is told relative to, the first one if it isn't there. */
+static size_t baseline(const ladder_options *o)
+{
+    for (size_t i = 0; i < o->rung_count; i++)
+        if (o->rungs[i].strategy == BRUME_STRATEGY_DISTANCE)
+            return i;
+    return 0;
+}
+
+static double cost(const ladder_cell *cell) { return cell->variance * cell->sample_time; }
+
+/* A picture can't be shown to be closer to the truth than the reference is. */
+static int is_limited(double mse, const ladder_row *row) { return mse < 2 * row->reference_error; }
+
+static int write_csv(const ladder *l, const ladder_row *rows, size_t count)
+{
+    const ladder_options *o = l->options;
+    FILE *file = ladder_open(l, "ladder.csv");
+    if (!file)
+        return LADDER_EXIT_OUTPUT;
+    fputs("scene,rung,samples_equal,seconds_equal_samples,relmse_equal_samples,trimmed_equal_samples,samples_in_time,"
+          "seconds,relmse_equal_time,trimmed_equal_time,variance_per_sample,seconds_per_sample,variance_time,"
+          "variance_time_relative,mean_ratio,mean_deviates,bad_samples,reference_samples,reference_relmse\n", file);
+    for (size_t s = 0; s < count; s++)
+        for (size_t r = 0; r < o->rung_count; r++) {
+            const ladder_row *row = &rows[s];
+            const ladder_cell *c = &row->cells[r];
+            fprintf(file,
+                    "%s,%s,%.0f,%.4f,%.6g,%.6g,%.0f,%.4f,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.3f,%llu,%.1f,%.3g\n",
+                    row->scene, o->rungs[r].name, c->equal_samples.samples, c->equal_samples.seconds,
+                    c->equal_samples.mse, c->equal_samples.trimmed, c->equal_time.samples, c->equal_time.seconds,
+                    c->equal_time.mse, c->equal_time.trimmed, c->variance, c->sample_time, cost(c),
+                    cost(c) / cost(&row->cells[baseline(o)]), c->ratio, c->deviates,
+                    (unsigned long long)c->bad_samples, row->reference_samples, row->reference_error);
+        }
+    return ladder_close(l, file, "ladder.csv");
+}
+
+/* ---- JSON ---- */
+
+static void put_string(FILE *file, const char *text)
+{
+    fputc('"', file);
+    for (; *text; text++)
+        if (*text == '"' || *text == '\\')
+            fprintf(file, "\\%c", *text);
+        else
+            fputc((unsigned char)*text < 0x20 ? ' ' : *text, file);
+    fputc('"', file);
+}
+
+static void put_number(FILE *file, const char *name, double value)
+{
+    /* JSON has no infinity, and no NaN. */
+    fprintf(file, isfinite(value) ? ",\"%s\":%.9g" : ",\"%s\":null", name, value);
+}
+
+static void put_run(FILE *file, const char *name, const ladder_run *run)
+{
+    fprintf(file, ",\"%s\":{\"samples\":%.0f", name, run->samples);
+    put_number(file, "seconds", run->seconds);
+    put_number(file, "relmse", run->mse);
+    put_number(file, "relmse_trimmed", run->trimmed);
+    fputc('}', file);
+}
+
+static int write_json(const ladder *l, const ladder_row *rows, size_t count)
+{
+    const ladder_options *o = l->options;
+    FILE *file = ladder_open(l, "ladder.json");
+    if (!file)
+        return LADDER_EXIT_OUTPUT;
+    fputs("{\"version\":\"" BRUME_VERSION "\",\"device\":", file);
+    put_string(file, l->info.name);
+    fputs(",\"driver\":", file);
+    put_string(file, l->info.driver);
+    fprintf(file, ",\"width\":%u,\"height\":%u,\"depth\":%s,\"seed\":%u,\"reference_rung\":\"%s\",\"scenes\":[\n",
+            o->width, o->height, o->depth ? o->depth : "null", o->seed, o->reference.name);
+    for (size_t s = 0; s < count; s++) {
+        const ladder_row *row = &rows[s];
+        fprintf(file, "%s{\"scene\":\"%s\"", s ? ",\n" : "", row->scene);
+        put_number(file, "reference_samples", row->reference_samples);
+        put_number(file, "reference_seconds", row->reference_seconds);
+        put_number(file, "reference_relmse", row->reference_error);
+        fputs(",\"rungs\":[\n", file);
+        for (size_t r = 0; r < o->rung_count; r++) {
+            const ladder_cell *c = &row->cells[r];
+            fprintf(file, "%s  {\"rung\":\"%s\"", r ? ",\n" : "", o->rungs[r].name);
+            put_run(file, "equal_samples", &c->equal_samples);
+            put_run(file, "equal_time", &c->equal_time);
+            put_number(file, "variance_per_sample", c->variance);
+            put_number(file, "seconds_per_sample", c->sample_time);
+            put_number(file, "variance_time_relative", cost(c) / cost(&row->cells[baseline(o)]));
+            put_number(file, "mean_ratio", c->ratio);
+            put_number(file, "mean_deviates", c->deviates);
+            fprintf(file, ",\"bad_samples\":%llu}", (unsigned long long)c->bad_samples);
+        }
+        fputs("]}", file);
+    }
+    fputs("]}\n", file);
+    return ladder_close(l, file, "ladder.json");
+}
+
+/* ---- Markdown ---- */
+
+static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
+{
+    const ladder_options *o = l->options;
+    FILE *file = ladder_open(l, "ladder.md");
+    if (!file)
+        return LADDER_EXIT_OUTPUT;
+    fprintf(file, "%s, %u x %u pixels.\n\n", l->info.name, o->width, o->height);
+    fprintf(file,
+            "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the "
+            "worst 0.1 %% of\nthem. R, the reference, is %s with seeds of its own; \\* marks what is too close to R's "
+            "own error to be told from it.\nVariance is that of one sample of a pixel, in the same weights; variance x time "
+            "is relative to %s. The mean is the\npicture's over the reference's, and how many standard errors it is "
+            "from 1.\n", o->reference.name, o->rungs[baseline(o)].name);
+    for (size_t s = 0; s < count; s++) {
+        const ladder_row *row = &rows[s];
+        const ladder_cell *first = &row->cells[baseline(o)];
+        fprintf(file, "\n**%s**, reference of %.0f samples per pixel, its own relMSE %.2g\n\n", row->scene,
+                row->reference_samples, row->reference_error);
+        fprintf(file,
+                "| scene | rung | relMSE, %u samples | samples | seconds | relMSE, equal time | trimmed | variance per "
+                "sample | ns per sample | variance x time | mean | bad |\n"
+                "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n", o->spp);
+        for (size_t r = 0; r < o->rung_count; r++) {
+            const ladder_cell *c = &row->cells[r];
+            fprintf(file,
+                    "| %s | %s | %.3g%s | %.0f | %.2f | %.3g%s | %.3g%s | %.3g | %.3g | %.3g | %.4f (%+.1f) | "
+                    "%llu |\n",
+                    row->scene, o->rungs[r].name, c->equal_samples.mse,
+                    is_limited(c->equal_samples.mse, row) ? "\\*" : "", c->equal_time.samples, c->equal_time.seconds,
+                    c->equal_time.mse, is_limited(c->equal_time.mse, row) ? "\\*" : "", c->equal_time.trimmed,
+                    is_limited(c->equal_time.trimmed, row) ? "\\*" : "", c->variance, 1e9 * c->sample_time,
+                    cost(c) / cost(first), c->ratio, c->deviates, (unsigned long long)c->bad_samples);
+        }
+    }
+    return ladder_close(l, file, "ladder.md");
+}
+
+int ladder_write_tables(const ladder *l, const ladder_row *rows, size_t count)
+{
+    int code = write_csv(l, rows, count);
+    if (!code)
+        code = write_json(l, rows, count);
+    return code ? code : write_markdown(l, rows, count);
+}
