@@ -140,9 +140,9 @@ static int write_tables(const ladder *l, measured results[COUNTS][LADDER_RUNGS])
     if (!code) {
         fputs("rung,lights,seconds_per_sample,relmse,relmse_time\n", csv);
         fprintf(table,
-                "%s, %u x %u pixels, %u samples. For each number of spotlights, ns per sample / relMSE; then the "
-                "exponents of the time\nper sample, of relMSE and of their product against the number of lamps (least "
-                "squares on logarithms).\n\n| rung |", l->info.name, o->width, o->height, o->spp);
+                "%s, %u x %u pixels, %u samples.\n\nFor each number of spotlights, ns per sample / relMSE; then the "
+                "exponents of the time per sample, of relMSE\nand of their product against the number of lamps "
+                "(least squares on logarithms).\n\n| rung |", l->info.name, o->width, o->height, o->spp);
         for (int n = 0; n < COUNTS; n++)
             fprintf(table, " %d |", grids[n][0] * grids[n][1]);
         fputs(" time | relMSE | product |\n|---|--:|--:|--:|--:|--:|--:|--:|--:|\n", table);

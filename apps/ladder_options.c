@@ -25,7 +25,7 @@ void ladder_print_help(FILE *file)
           "  --reference-spp N       of the reference (default: 8192), ...\n"
           "  --reference-seconds S   ... unless that takes longer than this (default: 90)\n"
           "  --reference-rung R      its estimator (default: mis)\n"
-          "  --size WxH              of the pictures (default: 240x150; with a mode: 120x75)\n"
+          "  --size WxH              of the pictures (default: 240x150; quick, or with a mode: 160x100)\n"
           "  --depth N               path edges (default: the scene's, 2, light scattered once)\n"
           "  --seed N                of the pictures compared (default: 1); the reference has its own\n"
           "  --device I              as render-cli --list-devices counts them (default: a GPU, else the CPU)\n"
@@ -247,8 +247,8 @@ static int set_defaults(ladder_options *o, int quick)
     if (!code && !o->reference.name[0])
         code = parse_rung("--reference-rung", "mis", &o->reference);
     if (o->width == 0) {
-        o->width = is_scenes && !quick ? 240 : 120;
-        o->height = is_scenes && !quick ? 150 : 75;
+        o->width = is_scenes && !quick ? 240 : 160;
+        o->height = is_scenes && !quick ? 150 : 100;
     }
     if (o->spp == 0)
         o->spp = is_scenes ? 16 : 4;

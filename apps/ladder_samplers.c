@@ -100,10 +100,10 @@ int ladder_samplers(const ladder *l)
     if (!code) {
         fputs("scene,rung,samples,relmse_independent,relmse_sobol,ratio,slope_independent,slope_sobol\n", csv);
         fprintf(table,
-                "%s, %u x %u pixels. How many times the relMSE of independent samples is that of Owen-scrambled Sobol' "
-                "points,\nby samples per pixel; then, for independent and for Sobol', relMSE at %.0f samples and the "
-                "exponent of relMSE\nagainst samples (least squares on logarithms; -1 is chance). Errors are from "
-                "pairs of renders.\n\n| scene | rung |", l->info.name, o->width, o->height,
+                "%s, %u x %u pixels.\n\nHow many times the relMSE of independent samples is that of Owen-scrambled "
+                "Sobol' points, by samples per\npixel; then, for independent and for Sobol', relMSE at %.0f samples "
+                "and the exponent of relMSE against samples\n(least squares on logarithms; -1 is chance). Errors are "
+                "from pairs of renders.\n\n| scene | rung |", l->info.name, o->width, o->height,
                 sample_counts[COUNTS - 1]);
         for (int i = 0; i < COUNTS; i++)
             fprintf(table, " %.0f |", sample_counts[i]);

@@ -100,16 +100,12 @@ int ladder_scene_sheet(const ladder *l, const ladder_row *row)
              o->spp, o->seconds);
     command *c = begin(text, "+3+3", o->rung_count + 1);
     for (int timed = 0; timed < 2 && c; timed++) {
-        if (timed) {
-            add_picture(c, "", "null:");
-        } else {
-            snprintf(text, sizeof text, "reference\n%.0f spp", row->reference_samples);
-            add_picture(c, text, row->reference_png);
-        }
+        snprintf(text, sizeof text, "reference\n%.0f spp", row->reference_samples);
+        add_picture(c, text, row->reference_png);
         for (size_t i = 0; i < o->rung_count; i++) {
             const ladder_run *run = timed ? &row->cells[i].equal_time : &row->cells[i].equal_samples;
             ladder_png_path(l, row->scene, &o->rungs[i], timed ? "time" : "samples", path);
-            snprintf(text, sizeof text, "%s\n%.0f spp, %.2f s: %.2g", o->rungs[i].name, run->samples, run->seconds,
+            snprintf(text, sizeof text, "%s\n%.0f spp, %.2f s\n%.2g", o->rungs[i].name, run->samples, run->seconds,
                      run->mse);
             add_picture(c, text, path);
         }
@@ -121,7 +117,7 @@ int ladder_overall_sheet(const ladder *l, const ladder_row *rows, size_t count)
 {
     const ladder_options *o = l->options;
     char text[256], path[LADDER_PATH];
-    snprintf(text, sizeof text, "Every rung for %g s; numbers are relMSE", o->seconds);
+    snprintf(text, sizeof text, "Every rung in every scene, rendered for %g s; numbers are relMSE", o->seconds);
     command *c = begin(text, "160x>+2+2", o->rung_count + 1);
     for (size_t s = 0; s < count && c; s++) {
         snprintf(text, sizeof text, "%s\nreference", rows[s].scene);

@@ -115,13 +115,15 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
     FILE *file = ladder_open(l, "ladder.md");
     if (!file)
         return LADDER_EXIT_OUTPUT;
-    fprintf(file, "%s, %u x %u pixels.\n\n", l->info.name, o->width, o->height);
     fprintf(file,
-            "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the "
-            "worst 0.1 %% of\nthem. R, the reference, is %s with seeds of its own; \\* marks what is too close to R's "
-            "own error to be told from it.\nVariance is that of one sample of a pixel, in the same weights; variance x time "
-            "is relative to %s. The mean is the\npicture's over the reference's, and how many standard errors it is "
-            "from 1.\n", o->reference.name, o->rungs[baseline(o)].name);
+            "%s, %u x %u pixels.\n\n"
+            "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the\n"
+            "worst 0.1 %% of them at equal time. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
+            "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
+            "weights; variance x time is relative to %s. The mean is the picture's at equal time over the\n"
+            "reference's, and how many standard errors it is from 1. Sobol' points are at their best at powers of two\n"
+            "samples: at equal time a few samples more or less can make a factor of 1.5.\n",
+            l->info.name, o->width, o->height, o->reference.name, o->rungs[baseline(o)].name);
     for (size_t s = 0; s < count; s++) {
         const ladder_row *row = &rows[s];
         const ladder_cell *first = &row->cells[baseline(o)];
