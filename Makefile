@@ -1,5 +1,5 @@
 # make deps          install what is missing (Debian, Ubuntu; elsewhere: what to install)
-# make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example
+# make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example, build/ladder
 # make demo          render out/three-spots.exr and .png
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
@@ -50,7 +50,7 @@ first := $(filter deps,$(MAKECMDGOALS))
 
 .PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder clean
 .SECONDARY:
-all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
+all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
 $(build)/libbrume.so.0: $(lib_objects) lib/exports.map
 	$(CC) -shared -Wl,-soname,libbrume.so.0,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)

@@ -26,7 +26,7 @@ static brume_result add_spots(brume_scene *scene, const int grid[2])
 {
     double dx = 9.0 / grid[0], dz = 9.0 / grid[1], height = 5.9;
     double angle = atan(0.35 * fmin(fmin(dx, dz), 2) / height);
-    double power = 12000, solid_angle = 2 * PI * (1 - cos(angle)), count = (double)grid[0] * grid[1];
+    double power = 30000, solid_angle = 2 * PI * (1 - cos(angle)), count = (double)grid[0] * grid[1];
     brume_result result = BRUME_OK;
     for (int i = 0; i < grid[0] * grid[1] && !result; i++) {
         brume_light_desc spot = brume_light_desc_default(BRUME_LIGHT_SPOT);

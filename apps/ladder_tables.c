@@ -109,6 +109,11 @@ static int write_json(const ladder *l, const ladder_row *rows, size_t count)
 
 /* ---- Markdown ---- */
 
+static void put_error(FILE *file, double mse, const ladder_row *row)
+{
+    fprintf(file, " %.3g%s |", mse, is_limited(mse, row) ? "\\*" : "");
+}
+
 static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
 {
     const ladder_options *o = l->options;
@@ -118,7 +123,7 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
     fprintf(file,
             "%s, %u x %u pixels.\n\n"
             "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the\n"
-            "worst 0.1 %% of them at equal time. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
+            "worst 0.1 %% of them. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
             "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
             "weights; variance x time is relative to %s. The mean is the picture's at equal time over the\n"
             "reference's, and how many standard errors it is from 1. Sobol' points are at their best at powers of two\n"
@@ -130,18 +135,18 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
         fprintf(file, "\n**%s**, reference of %.0f samples per pixel, its own relMSE %.2g\n\n", row->scene,
                 row->reference_samples, row->reference_error);
         fprintf(file,
-                "| scene | rung | relMSE, %u samples | samples | seconds | relMSE, equal time | trimmed | variance per "
-                "sample | ns per sample | variance x time | mean | bad |\n"
-                "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n", o->spp);
+                "| scene | rung | relMSE, %u samples | trimmed | samples | seconds | relMSE, equal time | trimmed | "
+                "variance per sample | ns per sample | variance x time | mean | bad |\n"
+                "|---|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|\n", o->spp);
         for (size_t r = 0; r < o->rung_count; r++) {
             const ladder_cell *c = &row->cells[r];
-            fprintf(file,
-                    "| %s | %s | %.3g%s | %.0f | %.2f | %.3g%s | %.3g%s | %.3g | %.3g | %.3g | %.4f (%+.1f) | "
-                    "%llu |\n",
-                    row->scene, o->rungs[r].name, c->equal_samples.mse,
-                    is_limited(c->equal_samples.mse, row) ? "\\*" : "", c->equal_time.samples, c->equal_time.seconds,
-                    c->equal_time.mse, is_limited(c->equal_time.mse, row) ? "\\*" : "", c->equal_time.trimmed,
-                    is_limited(c->equal_time.trimmed, row) ? "\\*" : "", c->variance, 1e9 * c->sample_time,
+            fprintf(file, "| %s | %s |", row->scene, o->rungs[r].name);
+            put_error(file, c->equal_samples.mse, row);
+            put_error(file, c->equal_samples.trimmed, row);
+            fprintf(file, " %.0f | %.2f |", c->equal_time.samples, c->equal_time.seconds);
+            put_error(file, c->equal_time.mse, row);
+            put_error(file, c->equal_time.trimmed, row);
+            fprintf(file, " %.3g | %.3g | %.3g | %.4f (%+.1f) | %llu |\n", c->variance, 1e9 * c->sample_time,
                     cost(c) / cost(first), c->ratio, c->deviates, (unsigned long long)c->bad_samples);
         }
     }
