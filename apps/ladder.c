@@ -9,7 +9,6 @@
 #include <string.h>
 #include <sys/stat.h>
 
-#include "error_metrics.h"
 #include "ladder.h"
 
 /* ---- what is said ---- */
@@ -115,62 +114,7 @@ int ladder_load(const ladder *l, const ladder_scene *from, brume_scene **out)
     return result ? ladder_report(l, result) : LADDER_EXIT_OK;
 }
 
-/* ---- the rungs in one scene ---- */
-
-/* Pixels beyond which `trimmed` looks away. */
-#define DROPPED 0.001
-
-static int judge(const ladder_shot *shot, const ladder_reference *reference, ladder_run *out, error_metrics *metrics)
-{
-    if (!error_metrics_compute(shot->radiance, reference->radiance, shot->pixel_count, DROPPED, metrics)) {
-        ladder_error("out of memory");
-        return LADDER_EXIT_RUNTIME;
-    }
-    out->samples = shot->samples;
-    out->seconds = shot->seconds;
-    out->mse = metrics->mse;
-    out->trimmed = metrics->trimmed;
-    return LADDER_EXIT_OK;
-}
-
-static int measure_rung(const ladder *l, const char *name, const brume_scene *scene, const ladder_rung *rung,
-                        const ladder_reference *reference, ladder_cell *cell)
-{
-    const ladder_options *o = l->options;
-    ladder_shot warm = {0}, few = {0}, timed = {0};
-    error_metrics metrics;
-    char png[LADDER_PATH];
-
-    /* The first launches on a device pay for what later ones find done: this one is thrown away. */
-    int code = ladder_shoot(l, scene, rung, o->seed, 1, 0, NULL, &warm);
-    ladder_png_path(l, name, rung, "samples", png);
-    if (!code)
-        code = ladder_shoot(l, scene, rung, o->seed, o->spp, 0, png, &few);
-    if (!code)
-        code = judge(&few, reference, &cell->equal_samples, &metrics);
-    ladder_png_path(l, name, rung, "time", png);
-    if (!code)
-        code = ladder_shoot_for(l, scene, rung, o->seed + 1, o->seconds, &few, png, &timed);
-    if (!code)
-        code = judge(&timed, reference, &cell->equal_time, &metrics);
-    if (!code) {
-        /* Of the longer of the two: the spread of samples is easily underestimated. */
-        const ladder_shot *longer = timed.samples > few.samples ? &timed : &few;
-        cell->variance = longer->samples *
-                         error_metrics_of_variance(longer->variance, reference->radiance, longer->pixel_count);
-        cell->sample_time = longer->seconds / (longer->samples * (double)longer->pixel_count);
-        cell->ratio = metrics.ratio;
-        cell->deviates = metrics.deviates;
-        cell->bad_samples = few.bad_samples + timed.bad_samples;
-        ladder_say("  %-18s %4.0f spp: relMSE %-9.3g %6.0f spp in %.2f s: relMSE %-9.3g mean %.4f (%+.1f)", rung->name,
-                   few.samples, cell->equal_samples.mse, timed.samples, timed.seconds, cell->equal_time.mse,
-                   cell->ratio, cell->deviates);
-    }
-    ladder_shot_free(&warm);
-    ladder_shot_free(&few);
-    ladder_shot_free(&timed);
-    return code;
-}
+/* ---- the rungs in all scenes ---- */
 
 static int measure_scene(const ladder *l, const ladder_scene *from, ladder_row *row)
 {
@@ -190,9 +134,8 @@ static int measure_scene(const ladder *l, const ladder_scene *from, ladder_row *
         row->reference_seconds = reference.seconds;
         row->reference_error = reference.error;
         memcpy(row->reference_png, reference.png, sizeof row->reference_png);
+        code = ladder_measure_cells(l, scene, &reference, row);
     }
-    for (size_t i = 0; i < l->options->rung_count && !code; i++)
-        code = measure_rung(l, from->name, scene, &l->options->rungs[i], &reference, &row->cells[i]);
     ladder_reference_free(&reference);
     brume_scene_destroy(scene);
     return code ? code : ladder_scene_sheet(l, row);

@@ -99,9 +99,6 @@ typedef struct ladder_shot {
  * is NULL. An exit code; the shot is then empty. */
 int ladder_shoot(const ladder *l, const brume_scene *scene, const ladder_rung *rung, uint32_t seed, uint32_t samples,
                  double limit, const char *png, ladder_shot *out);
-/* Renders as many whole samples as take about `seconds`; `hint` is an earlier shot of the same rung. */
-int ladder_shoot_for(const ladder *l, const brume_scene *scene, const ladder_rung *rung, uint32_t seed, double seconds,
-                     const ladder_shot *hint, const char *png, ladder_shot *out);
 void ladder_shot_free(ladder_shot *shot);
 
 /* ---- references (ladder_reference.c) ---- */
@@ -122,7 +119,8 @@ void ladder_reference_free(ladder_reference *reference);
 /* ---- results (ladder_tables.c) ---- */
 
 typedef struct ladder_run {
-    double samples, seconds, mse, trimmed;
+    double samples, mse, trimmed;
+    double seconds; /* this many samples take undisturbed; see ladder_cells.c */
 } ladder_run;
 
 /* One rung in one scene. */
@@ -141,6 +139,10 @@ typedef struct ladder_row {
     char reference_png[LADDER_PATH];
     ladder_cell cells[LADDER_RUNGS];
 } ladder_row;
+
+/* All rungs in one scene, ladder_cells.c: fills row->cells, and writes the PNGs. */
+int ladder_measure_cells(const ladder *l, const brume_scene *scene, const ladder_reference *reference,
+                         ladder_row *row);
 
 /* ladder.csv, ladder.json and ladder.md. */
 int ladder_write_tables(const ladder *l, const ladder_row *rows, size_t count);

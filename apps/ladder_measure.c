@@ -1,5 +1,4 @@
-/* Measured renders: so many samples, or so many seconds. */
-#include <math.h>
+/* Measured renders. */
 #include <stdlib.h>
 #include <string.h>
 
@@ -68,26 +67,4 @@ int ladder_shoot(const ladder *l, const brume_scene *scene, const ladder_rung *r
         ladder_shot_free(out);
     brume_render_destroy(render);
     return code;
-}
-
-/* A render that is stopped when the time is up ends within a pass over the picture, with more samples above than
- * below. So the number of samples that fit is found by trying, each try a render of its own with nothing left over
- * from the one before; most need two. */
-int ladder_shoot_for(const ladder *l, const brume_scene *scene, const ladder_rung *rung, uint32_t seed, double seconds,
-                     const ladder_shot *hint, const char *png, ladder_shot *out)
-{
-    double samples = hint->samples, spent = hint->seconds;
-    for (int attempt = 0; attempt < 5; attempt++) {
-        /* A short measurement doesn't reach far: it is mostly the small launches that a render begins with. */
-        double growth = spent > 0 ? seconds / spent : 16;
-        samples = floor(samples * (growth > 16 ? 16 : growth) + 0.5);
-        samples = samples < 1 ? 1 : samples > 1e9 ? 1e9 : samples;
-        int code = ladder_shoot(l, scene, rung, seed, (uint32_t)samples, 0, png, out);
-        if (code)
-            return code;
-        spent = out->seconds;
-        if ((spent > 0.93 * seconds && spent < 1.07 * seconds) || (samples == 1 && spent > seconds))
-            break;
-    }
-    return LADDER_EXIT_OK;
 }
