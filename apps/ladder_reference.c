@@ -48,19 +48,19 @@ static void hash_file(uint64_t *hash, const char *path, int nesting)
         return;
     hash_bytes(hash, text, size);
     const char *slash = strrchr(path, '/');
-    size_t folder = slash ? (size_t)(slash + 1 - path) : 0;
-    if (nesting > 0 && length > 4 && strcmp(path + length - 4, ".xml") == 0)
-        for (const char *begin = strchr(text, '"'); begin; begin = strchr(begin, '"')) {
-            size_t quoted = strcspn(++begin, "\"");
-            char name[2 * LADDER_PATH];
-            if (quoted > 4 && quoted < LADDER_PATH && begin[quoted - 4] == '.' && folder < LADDER_PATH) {
-                memcpy(name, path, *begin == '/' ? 0 : folder);
-                memcpy(name + (*begin == '/' ? 0 : folder), begin, quoted);
-                name[(*begin == '/' ? 0 : folder) + quoted] = 0;
-                hash_file(hash, name, nesting - 1);
-            }
-            begin += quoted + (begin[quoted] == '"');
+    int is_scene = length > 4 && strcmp(path + length - 4, ".xml") == 0;
+    for (const char *begin = strchr(text, '"'); begin && is_scene && nesting > 0; begin = strchr(begin, '"')) {
+        size_t quoted = strcspn(++begin, "\"");
+        size_t folder = slash && *begin != '/' ? (size_t)(slash + 1 - path) : 0;
+        char name[2 * LADDER_PATH];
+        if (quoted > 4 && quoted < LADDER_PATH && begin[quoted - 4] == '.' && folder < LADDER_PATH) {
+            memcpy(name, path, folder);
+            memcpy(name + folder, begin, quoted);
+            name[folder + quoted] = 0;
+            hash_file(hash, name, nesting - 1);
         }
+        begin += quoted + (begin[quoted] == '"');
+    }
     free(text);
 }
 

@@ -1,6 +1,6 @@
 /* Independent against Owen-scrambled Sobol' points: how fast the error falls with the number of samples. The error is
- * had from two renders with different seeds, which needs no reference: there is none that is long enough for 1024
- * Sobol' samples of a smooth estimator. */
+ * had from two renders with different seeds, and a reference only gives the weights: none is long enough to judge 1024
+ * Sobol' samples of a smooth estimator by. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
@@ -66,7 +66,6 @@ static void write_rows(FILE *csv, FILE *table, const char *scene, const char *ru
     fflush(table);
 }
 
-/* Every rung of one scene; the first three arguments of write_rows go with each. */
 static int measure_scene(const ladder *l, const ladder_scene *from, FILE *csv, FILE *table)
 {
     brume_scene *scene = NULL;
