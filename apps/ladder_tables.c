@@ -13,10 +13,21 @@ static size_t baseline(const ladder_options *o)
     return 0;
 }
 
-static double cost(const ladder_cell *cell) { return cell->variance * cell->sample_time; }
+/* Variance x time, what a picture of a given error costs. The spread of samples that miss a part of the light, all of
+ * them or nearly all, says nothing: a rung whose mean is off has no cost, rather than the least. */
+static double cost(const ladder_cell *cell)
+{
+    return fabs(cell->deviates) < 5 ? cell->variance * cell->sample_time : NAN;
+}
 
 /* A picture can't be shown to be closer to the truth than the reference is. */
 static int is_limited(double mse, const ladder_row *row) { return mse < 2 * row->reference_error; }
+
+/* A field that may be empty. */
+static void put_field(FILE *file, double value)
+{
+    fprintf(file, isfinite(value) ? "%.6g," : ",", value);
+}
 
 static int write_csv(const ladder *l, const ladder_row *rows, size_t count)
 {
@@ -31,13 +42,14 @@ static int write_csv(const ladder *l, const ladder_row *rows, size_t count)
         for (size_t r = 0; r < o->rung_count; r++) {
             const ladder_row *row = &rows[s];
             const ladder_cell *c = &row->cells[r];
-            fprintf(file,
-                    "%s,%s,%.0f,%.4f,%.6g,%.6g,%.0f,%.4f,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.3f,%llu,%.1f,%.3g\n",
-                    row->scene, o->rungs[r].name, c->equal_samples.samples, c->equal_samples.seconds,
-                    c->equal_samples.mse, c->equal_samples.trimmed, c->equal_time.samples, c->equal_time.seconds,
-                    c->equal_time.mse, c->equal_time.trimmed, c->variance, c->sample_time, cost(c),
-                    cost(c) / cost(&row->cells[baseline(o)]), c->ratio, c->deviates,
-                    (unsigned long long)c->bad_samples, row->reference_samples, row->reference_error);
+            fprintf(file, "%s,%s,%.0f,%.4f,%.6g,%.6g,%.0f,%.4f,%.6g,%.6g,%.6g,%.6g,", row->scene, o->rungs[r].name,
+                    c->equal_samples.samples, c->equal_samples.seconds, c->equal_samples.mse,
+                    c->equal_samples.trimmed, c->equal_time.samples, c->equal_time.seconds, c->equal_time.mse,
+                    c->equal_time.trimmed, c->variance, c->sample_time);
+            put_field(file, cost(c));
+            put_field(file, cost(c) / cost(&row->cells[baseline(o)]));
+            fprintf(file, "%.6g,%.3f,%llu,%.1f,%.3g\n", c->ratio, c->deviates, (unsigned long long)c->bad_samples,
+                    row->reference_samples, row->reference_error);
         }
     return ladder_close(l, file, "ladder.csv");
 }
@@ -125,10 +137,10 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
             "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the\n"
             "worst 0.1 %% of them. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
             "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
-            "weights; variance x time is relative to %s. The mean is the picture's at equal time over the\n"
-            "reference's, and how many standard errors it is from 1. Times are of rendering alone, the least of\n"
-            "several rounds. Sobol' points are at their best at powers of two samples: at equal time a few more or\n"
-            "less can make a factor of 1.5.\n",
+            "weights; variance x time is relative to %s, and left out where the mean is off by 5 standard\n"
+            "errors: light is missed. The mean is the picture's at equal time over the reference's, and how many\n"
+            "standard errors it is from 1. Times are of rendering alone, the least of several rounds. Sobol' points\n"
+            "are at their best at powers of two samples: at equal time a few more or less can make a factor of 1.5.\n",
             l->info.name, o->width, o->height, o->reference.name, o->rungs[baseline(o)].name);
     for (size_t s = 0; s < count; s++) {
         const ladder_row *row = &rows[s];
@@ -147,8 +159,9 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
             fprintf(file, " %.0f | %.2f |", c->equal_time.samples, c->equal_time.seconds);
             put_error(file, c->equal_time.mse, row);
             put_error(file, c->equal_time.trimmed, row);
-            fprintf(file, " %.3g | %.3g | %.3g | %.4f (%+.1f) | %llu |\n", c->variance, 1e9 * c->sample_time,
-                    cost(c) / cost(first), c->ratio, c->deviates, (unsigned long long)c->bad_samples);
+            fprintf(file, " %.3g | %.3g |", c->variance, 1e9 * c->sample_time);
+            fprintf(file, isfinite(cost(c) / cost(first)) ? " %.3g |" : " - |", cost(c) / cost(first));
+            fprintf(file, " %.4f (%+.1f) | %llu |\n", c->ratio, c->deviates, (unsigned long long)c->bad_samples);
         }
     }
     return ladder_close(l, file, "ladder.md");
