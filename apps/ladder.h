@@ -125,10 +125,12 @@ typedef struct ladder_run {
 
 /* One rung in one scene. */
 typedef struct ladder_cell {
-    ladder_run equal_samples, equal_time;
+    ladder_run equal_samples;
+    ladder_run equal_time;  /* interpolated between two runs */
+    ladder_run shown;       /* the one closer to that time, of which there is a picture */
     double variance;    /* relative, of one sample */
     double sample_time; /* seconds per sample of one pixel */
-    double ratio;       /* of the picture's mean to the reference's, at equal time */
+    double ratio;       /* of the longest run's mean to the reference's */
     double deviates;    /* its distance from 1 in standard errors */
     uint64_t bad_samples;
 } ladder_cell;
@@ -152,7 +154,7 @@ int ladder_write_tables(const ladder *l, const ladder_row *rows, size_t count);
 /* Where the PNG of a rung lies; `kind` is "samples" or "time". */
 void ladder_png_path(const ladder *l, const char *scene, const ladder_rung *rung, const char *kind,
                      char out[LADDER_PATH]);
-/* SCENE.png: every rung at equal samples and at equal time. */
+/* SCENE.png: every rung at equal samples and at about equal time. */
 int ladder_scene_sheet(const ladder *l, const ladder_row *row);
 /* ladder.png: every scene and rung at equal time. */
 int ladder_overall_sheet(const ladder *l, const ladder_row *rows, size_t count);

@@ -2,8 +2,9 @@
  *
  * What a sample costs is measured in rounds, each rung once a round, and the least of them counts: whatever else the
  * machine does only ever adds, and by turns it does not always add to the same rung. From that follows how many samples
- * fit into the time, and these are rendered as a whole: a render that is stopped when the time is up would end within a
- * pass over the picture, with more samples above than below. */
+ * fit into the time. Sobol' points are at their best at powers of two, by much where an estimator is smooth; so that it
+ * isn't luck how close to one that number comes, the two powers next to it are rendered, and the error is interpolated
+ * between them, in logarithms. */
 #include <math.h>
 #include <string.h>
 
@@ -42,10 +43,14 @@ static void note_variance(ladder_cell *cell, const ladder_shot *shot, const ladd
 }
 
 /* How many samples fit into a time. */
-static uint32_t samples_for(const ladder_cell *cell, size_t pixel_count, double seconds)
+static double samples_for(const ladder_cell *cell, size_t pixel_count, double seconds)
 {
-    double samples = floor(seconds / (cell->sample_time * (double)pixel_count) + 0.5);
-    return samples < 1 ? 1 : samples > 1e9 ? (uint32_t)1e9 : (uint32_t)samples;
+    return fmin(seconds / (cell->sample_time * (double)pixel_count), 1e9);
+}
+
+static double between(double low, double high, double share)
+{
+    return low > 0 && high > 0 ? low * pow(high / low, share) : low;
 }
 
 static int measure_samples(const ladder *l, const brume_scene *scene, const ladder_rung *rung,
@@ -74,8 +79,8 @@ static int measure_samples(const ladder *l, const brume_scene *scene, const ladd
 static int measure_speed(const ladder *l, const brume_scene *scene, const ladder_rung *rung, ladder_cell *cell)
 {
     ladder_shot shot = {0};
-    uint32_t samples = samples_for(cell, (size_t)l->options->width * l->options->height, l->options->seconds / 4);
-    int code = ladder_shoot(l, scene, rung, l->options->seed, samples, 0, NULL, &shot);
+    double samples = samples_for(cell, (size_t)l->options->width * l->options->height, l->options->seconds / 4);
+    int code = ladder_shoot(l, scene, rung, l->options->seed, samples < 1 ? 1 : (uint32_t)samples, 0, NULL, &shot);
     if (!code)
         note_time(cell, &shot);
     ladder_shot_free(&shot);
@@ -85,30 +90,50 @@ static int measure_speed(const ladder *l, const brume_scene *scene, const ladder
 static int measure_time(const ladder *l, const brume_scene *scene, const ladder_rung *rung,
                         const ladder_reference *reference, const char *name, ladder_cell *cell)
 {
-    ladder_shot shot = {0};
-    error_metrics metrics;
+    double fits = samples_for(cell, reference->pixel_count, l->options->seconds), share = 0;
+    uint32_t samples = 1;
+    int runs = fits > 1 ? 2 : 1; /* where not one sample fits, one is taken all the same */
+    ladder_run run[2];
     char png[LADDER_PATH];
     ladder_png_path(l, name, rung, "time", png);
-    uint32_t samples = samples_for(cell, reference->pixel_count, l->options->seconds);
-    int code = ladder_shoot(l, scene, rung, l->options->seed + 1, samples, 0, png, &shot);
-    if (!code)
-        code = judge(&shot, reference, &cell->equal_time, &metrics);
-    if (!code) {
-        double pixels = (double)shot.pixel_count;
-        /* The spread of few samples is easily underestimated. */
-        if (shot.samples > cell->equal_samples.samples)
-            note_variance(cell, &shot, reference);
-        cell->equal_samples.seconds = cell->equal_samples.samples * pixels * cell->sample_time;
-        cell->equal_time.seconds = cell->equal_time.samples * pixels * cell->sample_time;
-        cell->ratio = metrics.ratio;
-        cell->deviates = metrics.deviates;
-        cell->bad_samples += shot.bad_samples;
-        ladder_say("  %-18s %4.0f spp: relMSE %-9.3g %6.0f spp in %.2f s: relMSE %-9.3g mean %.4f (%+.1f)", rung->name,
-                   cell->equal_samples.samples, cell->equal_samples.mse, cell->equal_time.samples,
-                   cell->equal_time.seconds, cell->equal_time.mse, cell->ratio, cell->deviates);
+    while (2.0 * samples <= fits)
+        samples *= 2;
+    if (runs == 2)
+        share = log2(fits / samples);
+
+    int shown = share > 0.5, code = LADDER_EXIT_OK;
+    for (int i = 0; i < runs && !code; i++) {
+        ladder_shot shot = {0};
+        error_metrics metrics;
+        code = ladder_shoot(l, scene, rung, l->options->seed + 1, samples << i, 0, i == shown ? png : NULL, &shot);
+        if (!code)
+            code = judge(&shot, reference, &run[i], &metrics);
+        if (!code) {
+            run[i].seconds = shot.samples * (double)shot.pixel_count * cell->sample_time;
+            /* Of the last and longest: the spread of few samples is easily underestimated. */
+            if (shot.samples > cell->equal_samples.samples)
+                note_variance(cell, &shot, reference);
+            cell->ratio = metrics.ratio;
+            cell->deviates = metrics.deviates;
+            cell->bad_samples += shot.bad_samples;
+        }
+        ladder_shot_free(&shot);
     }
-    ladder_shot_free(&shot);
-    return code;
+    if (code)
+        return code;
+    cell->shown = cell->equal_time = run[shown];
+    if (runs == 2) {
+        cell->equal_time.samples = fits;
+        cell->equal_time.seconds = l->options->seconds;
+        cell->equal_time.mse = between(run[0].mse, run[1].mse, share);
+        cell->equal_time.trimmed = between(run[0].trimmed, run[1].trimmed, share);
+    }
+    cell->equal_samples.seconds =
+        cell->equal_samples.samples * (double)reference->pixel_count * cell->sample_time;
+    ladder_say("  %-18s %4.0f spp: relMSE %-9.3g %6.0f spp in %.2f s: relMSE %-9.3g mean %.4f (%+.1f)", rung->name,
+               cell->equal_samples.samples, cell->equal_samples.mse, cell->equal_time.samples,
+               cell->equal_time.seconds, cell->equal_time.mse, cell->ratio, cell->deviates);
+    return LADDER_EXIT_OK;
 }
 
 int ladder_measure_cells(const ladder *l, const brume_scene *scene, const ladder_reference *reference,

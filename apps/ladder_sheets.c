@@ -96,14 +96,14 @@ int ladder_scene_sheet(const ladder *l, const ladder_row *row)
 {
     const ladder_options *o = l->options;
     char text[256], path[LADDER_PATH];
-    snprintf(text, sizeof text, "%s: %u samples per pixel (above), %g s (below); numbers are relMSE", row->scene,
+    snprintf(text, sizeof text, "%s: %u samples per pixel (above), about %g s (below); numbers are relMSE", row->scene,
              o->spp, o->seconds);
     command *c = begin(text, "+3+3", o->rung_count + 1);
     for (int timed = 0; timed < 2 && c; timed++) {
         snprintf(text, sizeof text, "reference\n%.0f spp", row->reference_samples);
         add_picture(c, text, row->reference_png);
         for (size_t i = 0; i < o->rung_count; i++) {
-            const ladder_run *run = timed ? &row->cells[i].equal_time : &row->cells[i].equal_samples;
+            const ladder_run *run = timed ? &row->cells[i].shown : &row->cells[i].equal_samples;
             ladder_png_path(l, row->scene, &o->rungs[i], timed ? "time" : "samples", path);
             snprintf(text, sizeof text, "%s\n%.0f spp, %.2f s\n%.2g", o->rungs[i].name, run->samples, run->seconds,
                      run->mse);
@@ -117,13 +117,13 @@ int ladder_overall_sheet(const ladder *l, const ladder_row *rows, size_t count)
 {
     const ladder_options *o = l->options;
     char text[256], path[LADDER_PATH];
-    snprintf(text, sizeof text, "Every rung in every scene, rendered for %g s; numbers are relMSE", o->seconds);
+    snprintf(text, sizeof text, "Every rung in every scene, rendered for about %g s; numbers are relMSE", o->seconds);
     command *c = begin(text, "160x>+2+2", o->rung_count + 1);
     for (size_t s = 0; s < count && c; s++) {
         snprintf(text, sizeof text, "%s\nreference", rows[s].scene);
         add_picture(c, text, rows[s].reference_png);
         for (size_t i = 0; i < o->rung_count; i++) {
-            const ladder_run *run = &rows[s].cells[i].equal_time;
+            const ladder_run *run = &rows[s].cells[i].shown;
             ladder_png_path(l, rows[s].scene, &o->rungs[i], "time", path);
             snprintf(text, sizeof text, "%s\n%.0f spp: %.2g", o->rungs[i].name, run->samples, run->mse);
             add_picture(c, text, path);

@@ -138,9 +138,9 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
             "worst 0.1 %% of them. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
             "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
             "weights; variance x time is relative to %s, and left out where the mean is off by 5 standard\n"
-            "errors: light is missed. The mean is the picture's at equal time over the reference's, and how many\n"
-            "standard errors it is from 1. Times are of rendering alone, the least of several rounds. Sobol' points\n"
-            "are at their best at powers of two samples: at equal time a few more or less can make a factor of 1.5.\n",
+            "errors: light is missed. The mean is the picture's over the reference's, and how many standard errors\n"
+            "it is from 1. Times are of rendering alone, the least of several rounds. At equal time the error is\n"
+            "interpolated between the powers of two samples next to it, where Sobol' points are at their best.\n",
             l->info.name, o->width, o->height, o->reference.name, o->rungs[baseline(o)].name);
     for (size_t s = 0; s < count; s++) {
         const ladder_row *row = &rows[s];
