@@ -113,6 +113,7 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_number(file, "upload_seconds", stats->upload_seconds);
     member_number(file, "build_seconds", stats->build_seconds);
     member_number(file, "render_seconds", stats->render_seconds);
+    member_number(file, "pilot_seconds", stats->pilot_seconds);
     member_number(file, "write_seconds", run->write_seconds);
     member_number(file, "total_seconds", run->total_seconds);
     member_number(file, "samples_per_second", samples_per_second(stats));

@@ -63,22 +63,48 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
         real low = panel == 0 ? R(0) : panel == 1 ? cut0 : cut1, high = panel == 0 ? cut0 : panel == 1 ? cut1 : i.width;
         real half_width = R(0.5) * (high - low), middle = R(0.5) * (high + low);
         mask some = half_width > R(0);
+        real hs = R(0), hc = R(1), es = R(0), ec = R(1);
         if (!ANY(some)) continue;
         real theta = theta0 + middle;
-        mask fades = !thirds & ((panel != 1) | (k <= R(0)));
+        /* a scalar's true is 1, which as a lane's mask selects nothing */
+        mask fades = !thirds & (panel != 1 ? TRUE_MASK : k <= R(0));
+        mask falls = l->cone & (fades | l->cosine);
+        int fades_any = ANY(falls & some);
         mask far = (integral_reach(theta, half_width, peak, pole) >= INTEGRAL_POLE * half_width) | (a < R(1e-3));
         far = far & (R(2) * (R(PI / 2) - theta) >= INTEGRAL_END * half_width);
         far = far & (!fades | (integral_reach(middle, half_width, center, out_of_plane) >= INTEGRAL_POLE * half_width));
         real nearest = R(0), farthest = R(0);
         rgb part = cgrey(R(0));
+        /* The nodes' angles are the middle's plus and minus four others: sums of angles by sines and cosines, from the
+         * nearer end of the interval, as in equiangular.h. */
+        mask left = R(2) * middle < i.width;
+        real end = left ? i.t0 : -i.t1, qs, qc, xs, xc;
+        lsincos(left ? middle : i.width - middle, &qs, &qc);
+        if (fades_any) lsincos(R(0.5) * (i.x0 + middle), &xs, &xc);
         for (int node = 0; node < 8; node++) {
-            real xi = (node & 1 ? R(-1) : R(1)) * R(gauss_nodes[node >> 1]);
-            real share = fma(half_width, xi, middle) / i.width;
-            beam_point p = beam_point_of(g, i, lclamp(share, R(0), R(1)));
+            if (!(node & 1)) {
+                lsincos(R(0.5f * gauss_nodes[node >> 1]) * half_width, &hs, &hc);
+                es = R(2) * hs * hc;
+                ec = fma(R(-2) * hs, hs, R(1));
+            } else {
+                hs = -hs;
+                es = -es;
+            }
+            real es_q = left ? es : -es;
+            real s = fma(qs, ec, qc * es_q), c = fma(qc, ec, -qs * es_q);
+            beam_point p;
+            p.t = g->D * (fma(end, c, g->D * s) / difference_of_products(g->D, c, end, s));
+            p.t = lclamp(left ? p.t : -p.t, i.t0, i.t1);
+            p.distance = sqrt(fma(p.t, p.t, square(g->D)));
             real way = beam_path(g, p.t, p.distance);
             nearest = node == 0 ? way : lmin(nearest, way);
             farthest = node == 0 ? way : lmax(farthest, way);
-            real f = R(gauss_weights[node >> 1]) * beam_response(g, l, p, m->g);
+            real f = R(gauss_weights[node >> 1]) * hg_density(beam_turn(g, p.t, p.distance, m->g), a);
+            if (fades_any) {
+                real sine = fma(xs, hc, xc * hs);
+                real v = g->versine_out_of_plane + R(2) * g->rho * square(sine);
+                f = falls ? f * lamp_falloff(l, v) : f;
+            }
             real total = lmax(g->delta + way, R(0)); /* from the eye to the point to the lamp */
             if (chromatic)
                 part = cadd(part, cscale(medium_transmittance(m->sigma_t, total), f));

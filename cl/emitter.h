@@ -78,6 +78,83 @@ FN vec sphere_normal(vec p, vec center, real r, real u, real v) {
     return vselect(d > SPHERE_NEAR * r, from_outside, warp_sphere(u, v));
 }
 
+/* A point of an emitting surface. */
+typedef struct {
+    vec point, normal; /* unit normal: of the winding's side, or outwards */
+    vec facing;        /* of the side that emits */
+    ireal prim, shape;
+    rgb radiance;
+    mask halved;       /* only half of its piece can be chosen: the sphere's near side */
+} emitter_place;
+
+/* The point of the segment o + t d, t in [0, t_end], that is closest to c. */
+FN vec segment_nearest(vec o, vec d, real t_end, vec c) {
+    return vmad(d, lclamp(vdot(vsub(c, o), d), R(0), t_end), o);
+}
+
+/* On piece `at`. A sphere's point is chosen over the cone under which o sees it; or, `by_area`, evenly over the half that
+ * faces the segment o + t d, where it comes closest. */
+FN emitter_place emitter_place_of(const scene *s, ireal at, vec o, vec d, real t_end, mask by_area, real u, real v,
+                                  mask live) {
+    emitter_place e;
+    ireal kind = GATHER_INT(s->emitters, kind, at);
+    e.prim = GATHER_INT(s->emitters, prim, at);
+    e.shape = GATHER_INT(s->emitters, shape, at);
+    e.point = o;
+    e.normal = vmake(R(0), R(0), R(1));
+    e.halved = FALSE_MASK;
+    mask triangle = live & (kind == I(EMITTER_TRIANGLE));
+    if (ANY(triangle)) {
+        ireal i = triangle ? e.prim : I(0);
+        vec a = vgather(s->positions, GATHER_INT(s->triangles, v[0], i));
+        vec b = vgather(s->positions, GATHER_INT(s->triangles, v[1], i));
+        vec c = vgather(s->positions, GATHER_INT(s->triangles, v[2], i));
+        real b1, b2;
+        warp_triangle(u, v, &b1, &b2);
+        e.point = vselect(triangle, vexact_mix(a, b, c, b1, b2), e.point);
+        e.normal = vselect(triangle, edges_normal(vsub(b, a), vsub(c, a)), e.normal);
+    }
+    mask quadric = live & !triangle;
+    if (HAS(QUADRICS) && ANY(quadric)) {
+        __global const b_quadric *quadrics = s->geometry.quadrics;
+        ireal q = quadric ? e.prim - I(s->params->triangle_count) : I(0);
+        vec center = VGATHER(quadrics, center, q);
+        mask sphere = quadric & (kind == I(EMITTER_SPHERE));
+        if (ANY(sphere)) {
+            real r = GATHER(quadrics, radius, q);
+            vec n = sphere_normal(o, center, r, u, v);
+            if (ANY(by_area)) {
+                vec even = warp_sphere(u, v), to = vsub(segment_nearest(o, d, t_end, center), center);
+                even = vselect(vdot(even, to) < R(0), vneg(even), even);
+                n = vselect(by_area, even, n);
+            }
+            e.point = vselect(sphere, sphere_project(vmad(n, r, center), center, r), e.point);
+            e.normal = vselect(sphere, n, e.normal);
+            e.halved = sphere & by_area;
+        }
+        mask disk = quadric & !sphere;
+        if (ANY(disk)) {
+            real x, y;
+            warp_disk(u, v, &x, &y);
+            vec du = VGATHER(quadrics, du, q), dv = VGATHER(quadrics, dv, q);
+            vec on = vmake(exact_along(center.x, du.x, dv.x, x, y), exact_along(center.y, du.y, dv.y, x, y),
+                           exact_along(center.z, du.z, dv.z, x, y));
+            e.point = vselect(disk, on, e.point);
+            e.normal = vselect(disk, VGATHER(quadrics, n, q), e.normal);
+        }
+    }
+    mask flipped = (GATHER_INT(s->shapes, flags, e.shape) & I(SHAPE_FLIP_NORMALS)) != I(0);
+    e.facing = vselect(flipped, vneg(e.normal), e.normal);
+    e.radiance = CGATHER(s->shapes, radiance, e.shape);
+    return e;
+}
+
+/* Which piece, by u, of which share u < `skip` is spent on something else. */
+FN ireal emitter_choose(const scene *s, real u, real skip, mask live) {
+    real c = lclamp((u - skip) / (R(1) - skip), R(0), R(0.99999994));
+    return live ? cdf_find(s->cdf, I(s->params->emitter_cdf), s->params->emitter_count, c) : I(0);
+}
+
 FN emitted_light emitter_nothing(void) {
     emitted_light e;
     e.wi = vmake(R(0), R(0), R(1));
@@ -104,58 +181,18 @@ FN emitted_light emitter_sample(const scene *s, vec p, real u_choice, real u, re
     }
     mask near = live & !far;
     if (HAS(AREA_LIGHTS) && s->params->emitter_count > 0 && ANY(near)) {
-        real c = lclamp((u_choice - share) / (R(1) - share), R(0), R(0.99999994));
-        ireal at = near ? cdf_find(s->cdf, I(s->params->emitter_cdf), s->params->emitter_count, c) : I(0);
-        ireal kind = GATHER_INT(s->emitters, kind, at), prim = GATHER_INT(s->emitters, prim, at);
-        ireal shape = GATHER_INT(s->emitters, shape, at);
-        vec point = p, normal = e.wi;
-        mask triangle = near & (kind == I(EMITTER_TRIANGLE));
-        if (ANY(triangle)) {
-            ireal i = triangle ? prim : I(0);
-            vec a = vgather(s->positions, GATHER_INT(s->triangles, v[0], i));
-            vec b = vgather(s->positions, GATHER_INT(s->triangles, v[1], i));
-            vec d = vgather(s->positions, GATHER_INT(s->triangles, v[2], i));
-            real b1, b2;
-            warp_triangle(u, v, &b1, &b2);
-            vec ab = vsub(b, a), ad = vsub(d, a);
-            point = vselect(triangle, vexact_mix(a, b, d, b1, b2), point);
-            normal = vselect(triangle, edges_normal(ab, ad), normal);
-        }
-        mask quadric = near & !triangle;
-        if (HAS(QUADRICS) && ANY(quadric)) {
-            __global const b_quadric *quadrics = s->geometry.quadrics;
-            ireal q = quadric ? prim - I(s->params->triangle_count) : I(0);
-            vec center = VGATHER(quadrics, center, q);
-            mask sphere = quadric & (kind == I(EMITTER_SPHERE));
-            if (ANY(sphere)) {
-                real r = GATHER(quadrics, radius, q);
-                vec n = sphere_normal(p, center, r, u, v);
-                point = vselect(sphere, sphere_project(vmad(n, r, center), center, r), point);
-                normal = vselect(sphere, n, normal);
-            }
-            mask disk = quadric & !sphere;
-            if (ANY(disk)) {
-                real x, y;
-                warp_disk(u, v, &x, &y);
-                vec du = VGATHER(quadrics, du, q), dv = VGATHER(quadrics, dv, q);
-                vec on = vmake(exact_along(center.x, du.x, dv.x, x, y), exact_along(center.y, du.y, dv.y, x, y),
-                               exact_along(center.z, du.z, dv.z, x, y));
-                point = vselect(disk, on, point);
-                normal = vselect(disk, VGATHER(quadrics, n, q), normal);
-            }
-        }
-        mask flipped = (GATHER_INT(s->shapes, flags, shape) & I(SHAPE_FLIP_NORMALS)) != I(0);
-        vec facing = vselect(flipped, vneg(normal), normal);
-        vec target = offset_origin(point, normal, vsub(p, point));
+        ireal at = emitter_choose(s, u_choice, share, near);
+        emitter_place on = emitter_place_of(s, at, p, p, R(0), FALSE_MASK, u, v, near);
+        vec target = offset_origin(on.point, on.normal, vsub(p, on.point));
         vec to = vsub(target, p);
         real d = sqrt(lmax(vdot(to, to), R(1e-36)));
         vec wi = vscale(to, R(1) / d);
-        mask lit = near & (vdot(facing, wi) < R(0));
+        mask lit = near & (vdot(on.facing, wi) < R(0));
         e.wi = vselect(near, wi, e.wi);
         e.distance = near ? d : e.distance;
         e.target = vselect(near, target, e.target);
-        e.radiance = cselect(near, cselect(lit, CGATHER(s->shapes, radiance, shape), cgrey(R(0))), e.radiance);
-        e.pdf = near ? emitter_pdf(s, p, prim, shape, point, normal, near) : e.pdf;
+        e.radiance = cselect(near, cselect(lit, on.radiance, cgrey(R(0))), e.radiance);
+        e.pdf = near ? emitter_pdf(s, p, on.prim, on.shape, on.point, on.normal, near) : e.pdf;
     }
     return e;
 }

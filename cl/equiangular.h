@@ -34,4 +34,19 @@ FN real equiangular_sample(const equiangular_range *r, real u) {
     return lclamp(left ? t : -t, r->t0, r->t1);
 }
 
+/* The points at shares k / n of the angle, k = 0 ... n, roughly: for tables. By one rotation after the other. */
+FN void equiangular_nodes(const equiangular_range *r, int n, real *t) {
+    real turn_s, turn_c, sine = R(0), cosine = R(1);
+    lsincos(r->width * R(1.0f / n), &turn_s, &turn_c);
+    for (int k = 0; 2 * k <= n; k++) {
+        real left = r->D * (fma(r->t0, cosine, r->D * sine) / fma(r->D, cosine, -r->t0 * sine));
+        real right = r->D * (fma(r->t1, cosine, -r->D * sine) / fma(r->D, cosine, r->t1 * sine));
+        t[k] = lclamp(left, r->t0, r->t1);
+        t[n - k] = lclamp(right, r->t0, r->t1);
+        real next = fma(sine, turn_c, cosine * turn_s);
+        cosine = fma(cosine, turn_c, -sine * turn_s);
+        sine = next;
+    }
+}
+
 #endif

@@ -19,6 +19,8 @@ typedef struct {
     mask directional;
     mask cone;        /* shines within `cutoff` of its axis; else everywhere alike */
     mask cosine;      /* a point of an emitting surface: falls with the cosine */
+    mask met;         /* a path can meet it, too: light of an emitting surface or the environment, chosen with */
+    real density;     /* this density, per area or per steradian; `intensity` is over it */
     ireal light;      /* whose gobo it has: index into lights, or -1 */
 } lamp;
 
@@ -34,7 +36,8 @@ FN lamp lamp_uniform(const scene *s, int k) {
     l.v_beam = R(light->v_beam);
     l.directional = light->kind == LIGHT_DIRECTIONAL ? TRUE_MASK : FALSE_MASK;
     l.cone = light->kind == LIGHT_SPOT ? TRUE_MASK : FALSE_MASK;
-    l.cosine = FALSE_MASK;
+    l.cosine = l.met = FALSE_MASK;
+    l.density = R(1);
     l.light = I(HAS(TEXTURES) && light->texture >= 0 ? k : -1);
     return l;
 }
@@ -52,7 +55,8 @@ FN lamp lamp_gather(const scene *s, ireal k) {
     l.v_beam = GATHER(s->lights, v_beam, k);
     l.directional = kind == I(LIGHT_DIRECTIONAL);
     l.cone = kind == I(LIGHT_SPOT);
-    l.cosine = FALSE_MASK;
+    l.cosine = l.met = FALSE_MASK;
+    l.density = R(1);
     l.light = I(-1);
     if (HAS(TEXTURES)) l.light = GATHER_INT(s->lights, texture, k) >= I(0) ? k : I(-1);
     return l;

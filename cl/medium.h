@@ -87,6 +87,14 @@ FN flight medium_flight(const medium *m, rgb throughput, real t_end, real u_chan
     return f;
 }
 
+/* Density per length with which medium_flight scatters at t. */
+FN real medium_flight_density(const medium *m, rgb throughput, real t) {
+    real sum = throughput.r + throughput.g + throughput.b;
+    rgb collide = cmul(m->sigma_t, medium_transmittance(m->sigma_t, t));
+    return (throughput.r * collide.r + throughput.g * collide.g + throughput.b * collide.b) /
+           (sum > R(0) ? sum : R(1));
+}
+
 /* STRATEGY_SPHERICAL's: every other flight scatters, at a point uniform over the segment; an infinite one, over which
  * nothing is uniform, is flown as ever. */
 FN flight medium_flight_uniform(const medium *m, rgb throughput, real t_end, random4 u) {

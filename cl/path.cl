@@ -39,10 +39,11 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
 
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
  *
- * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile. */
+ * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile. The
+ * pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
 __kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
-void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, uint group_begin, uint group_end,
-                  uint first_sample, uint samples) {
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
+                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
     uint group = group_begin + (uint)get_global_id(0);
     if (group >= group_end) return;
     SCENE_FROM_PARAMETERS(s);
@@ -60,6 +61,10 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
     mask inside = (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
     ireal x = in_x + I(params->crop_x), y = in_y + I(params->crop_y);
 
+    s.plan = plan + f.first;
+    s.plan_stride = f.slots;
+    s.is_pilot = is_pilot != 0;
+
     ireal started = I(0);
     path p = path_none();
     for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
@@ -72,6 +77,7 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
         mask before = p.alive;
         if (!ANY(before)) break;
         path_step(&s, &f, &p);
+        if (s.is_pilot) break;
         mask finished = before & !p.alive;
         if (ANY(finished))
             finish_paths(&f, &p, bad, y * I(params->width) + x, U32(first_sample) + to_ureal32(started) - U32(1),

@@ -32,7 +32,12 @@ FN void path_leave(const scene *s, path *p, mask left) {
     if (HAS(ENVIRONMENT) && s->params->environment != ENVIRONMENT_NONE && ANY(sees)) {
         real pdf = environment_pdf(s, p->d) * environment_share(s);
         p->met = p->met | sees;
-        path_add(p, sees, cscale(environment_radiance(s, p->d), met_weight(p, pdf)));
+        real weight = met_weight(p, pdf);
+        if (SCATTERS_EMITTERS && ANY(sees & p->from_medium)) {
+            real flown = environment_met_weight(s, &p->flew, p->d);
+            weight = p->from_medium ? flown : weight;
+        }
+        path_add(p, sees, cscale(environment_radiance(s, p->d), weight));
     }
     p->alive = p->alive & !left;
 }
@@ -43,7 +48,12 @@ FN void path_meet(const scene *s, path *p, const surface *at, ireal prim, mask m
     mask emits = met & !hidden & (GATHER_INT(s->shapes, emits, at->shape) != I(0)) & (vdot(at->ng, p->d) < R(0));
     if (!HAS(AREA_LIGHTS) || !ANY(emits)) return;
     real pdf = emitter_pdf(s, p->from, prim, at->shape, at->p, at->ng, emits);
-    path_add(p, emits, cscale(CGATHER(s->shapes, radiance, at->shape), met_weight(p, pdf)));
+    real weight = met_weight(p, pdf);
+    if (SCATTERS_EMITTERS && ANY(emits & p->from_medium)) {
+        real flown = emitter_met_weight(s, &p->flew, p->from, p->d, prim, at->shape, at->p, at->ng, emits);
+        weight = p->from_medium ? flown : weight;
+    }
+    path_add(p, emits, cscale(CGATHER(s->shapes, radiance, at->shape), weight));
 }
 
 /* Russian roulette on what the path can still carry. */
@@ -185,7 +195,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
     mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
 
     p->met = p->met | scatters | (reached & !null);
-    if (HAS(GUIDES)) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
+    if (HAS(GUIDES) && !s->is_pilot) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
 
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
@@ -198,7 +208,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
         mask by_lamps = lit & !counted;
         if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(by_lamps))
             path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
-        mask offered = lit | v.in_medium;
+        mask offered = SCATTERS_EMITTERS ? lit : lit | v.in_medium;
         if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && ANY(offered)) path_sample_emitters(s, p, &v, u, offered);
     }
     path_turn(s, p, &v, t, reached & null);

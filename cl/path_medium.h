@@ -3,7 +3,6 @@
 #define BRUME_PATH_MEDIUM_H
 
 #include "path_indirect.h"
-#include "path_state.h"
 #include "scatter_segment.h"
 #include "visibility.h"
 
@@ -26,21 +25,26 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         u.z = select32(camera, pixel.z, u.z);
         u.w = select32(camera, pixel.w, u.w);
     }
-    mask gathers = scattering & (p->depth + I(2) <= max_depth);
+    mask gathers = scattering & (p->depth + I(2) <= max_depth), by_lamps = gathers;
     if (INDIRECT_IS_RAYS) {
-        gathers = gathers & !p->from_medium;
+        by_lamps = gathers & !p->from_medium;
         mask connects = scattering & (p->depth + I(3) <= max_depth);
         if (ANY(connects)) path_connect(s, p, m, *t, connects);
     }
-    if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && STRATEGY_GATHERS && ANY(gathers)) {
+    if (!HAS(DELTA_LIGHTS) || s->params->light_count == 0) by_lamps = FALSE_MASK;
+    mask by_emitters = SCATTERS_EMITTERS ? gathers : FALSE_MASK;
+    if (STRATEGY_GATHERS && ANY(by_lamps | by_emitters)) {
         segment at;
+        random4 place = u;
+        if (SCATTERS_EMITTERS) place = random_set(&p->random, random_bounce_set(p->segments, SET_EMITTER));
         at.o = p->o;
         at.d = p->d;
         at.t_end = *t;
         at.m = *m;
         at.inside = p->medium;
         at.primary = p->depth == I(0);
-        path_add(p, gathers, scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), gathers));
+        at.throughput = p->throughput;
+        path_add(p, gathers, scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), place, by_lamps, by_emitters));
     }
 
     /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
@@ -53,8 +57,20 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     flight f = STRATEGY == STRATEGY_SPHERICAL ? medium_flight_uniform(m, p->throughput, t_end, u)
                                               : medium_flight(m, p->throughput, t_end, unit(u.y), unit_positive(u.w));
     rgb through = cselect(may, f.weight, medium_transmittance(m->sigma_t, *t));
+    rgb before = p->throughput;
     p->throughput = cselect(in, cmul(p->throughput, through), p->throughput);
     mask scatters = may & f.scatters;
+    if (SCATTERS_EMITTERS) {
+        mask flew = scatters & p->alive;
+        flight_record r;
+        r.before = p->d;
+        r.back = f.t;
+        r.ahead = *t - f.t;
+        r.flight = medium_flight_density(m, before, f.t);
+        r.sigma = grey_extinction(m);
+        r.g = m->g;
+        p->flew = flight_record_select(flew, r, p->flew);
+    }
     *t = scatters ? f.t : *t;
     p->alive = p->alive & !(in & is_black(p->throughput));
     return scatters & p->alive;

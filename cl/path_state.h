@@ -6,6 +6,7 @@
 #include "filter.h"
 #include "light_ray.h"
 #include "random.h"
+#include "scatter_emitter.h"
 #include "scene.h"
 
 typedef struct {
@@ -26,6 +27,7 @@ typedef struct {
     mask alive;
     rng random;
     light_ray light;   /* with INDIRECT_RAY_LIGHTS */
+    flight_record flew; /* with SCATTERS_EMITTERS, where from_medium */
 } path;
 
 #define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && HAS(MEDIA) && HAS(DELTA_LIGHTS))
@@ -44,6 +46,7 @@ FN path path_none(void) {
     p.depth = p.segments = I(0);
     p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
     if (INDIRECT_IS_RAYS) p.light = light_ray_none();
+    if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     p.random.key = p.random.index = U32(0);
     p.random.sampler = SAMPLER_SOBOL;
     return p;
@@ -74,6 +77,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.first = TRUE_MASK;
     p.met = p.from_medium = FALSE_MASK;
     p.alive = live;
+    if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     if (INDIRECT_IS_RAYS) {
         random4 v = random_set(&p.random, SET_LIGHT_RAY);
         p.light = light_ray_sample(s, unit(v.x), unit(v.y), unit(v.z), live);
@@ -100,6 +104,7 @@ FN path path_select(mask m, path a, path b) {
     p.met = m ? a.met : b.met;
     p.from_medium = m ? a.from_medium : b.from_medium;
     if (INDIRECT_IS_RAYS) p.light = light_ray_select(m, a.light, b.light);
+    if (SCATTERS_EMITTERS) p.flew = flight_record_select(m, a.flew, b.flew);
     p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);
     return p;

@@ -25,6 +25,7 @@ enum {
     SET_SURFACE, /* x: lobe; y, z: direction (also of the phase function); w: roulette */
     SET_LIGHT,   /* x: which emitter; y, z: position on it; w: which lamp */
     SET_INDIRECT, /* x: point on the ray of light; y, z: points of the segment, towards it and towards its end; w: which */
+    SET_EMITTER,  /* x: which emitter; y, z: position on it, for light gathered along the segment */
     SETS_PER_BOUNCE
 };
 

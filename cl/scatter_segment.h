@@ -13,17 +13,22 @@
 
 #include "beam_integral.h"
 #include "beam_table.h"
+#include "scatter_emitter.h"
 #include "scatter_point.h"
 #include "traverse_wedge.h"
 #include "visibility.h"
 
-#define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* So few lamps are all looked at along a camera ray. */
-#ifndef EVERY_LAMP
-#define EVERY_LAMP 8
-#endif
+/* What a walk may cost, in nodes and leaves: to find out that nothing hides the lamp; to find out what is hidden. Half a
+ * million thin branches take 235, a bunny 36, slats 12, a room 19. */
+#define PLAN_OPEN_VISITS 24
+#define PLAN_RASTER_VISITS 60
+#define PLAN_RAYS_POSITIONS 4
+
+/* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
+ * is chosen among others) by this. */
+#define SMALL_EMITTER R(100)
 
 /* Points of a lamp that nothing hides, where beam_integral doesn't suffice. */
 #define OPEN_POSITIONS 16
@@ -40,6 +45,7 @@ typedef struct {
     medium m;
     ireal inside; /* the medium's id */
     mask primary; /* seen by the camera, not by a scattered path */
+    rgb throughput; /* of the path so far: what free flights along the segment are drawn by */
 } segment;
 
 /* Lane k's plane and part of the ray. */
@@ -88,6 +94,31 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     return open.all != I(0);
 }
 
+/* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS positions
+ * are dark. */
+#define PILOT_POSITIONS 16
+FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, mask live,
+                   __global uchar *row) {
+    lanes_of_ireal in;
+    in.all = live;
+    for (int k = 0; k < LANES; k++) {
+        if (!in.one[k]) continue;
+        wedge w = wedge_take(rows, k);
+        wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
+        int cheap = c.visits < PLAN_RASTER_VISITS;
+        uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;
+        if (c.touches == 0) way = c.visits < PLAN_OPEN_VISITS ? PLAN_INTEGRAL : PLAN_ONE;
+        if (dark->one[k] == (1u << PILOT_POSITIONS) - 1) way = PLAN_ONE;
+        row[k] = way;
+    }
+}
+
+FN ireal plan_read(__global const uchar *row) {
+    lanes_of_ireal p;
+    EACH_LANE(k) p.one[k] = row[k];
+    return p.all;
+}
+
 /* One bit per position of each lane that something hides. */
 FN void wedge_rasterize(const scene *s, const lanes_of_real *rows, const lanes_of_real *t, ireal count, mask live,
                         lanes_of_u32 *low, lanes_of_u32 *high) {
@@ -113,21 +144,25 @@ FN int scatter_positions(const scene *s, mask primary) {
     return STRATEGY == STRATEGY_PRODUCT || !ANY(primary) ? 1 : s->params->positions;
 }
 
-/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. */
+/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. plan: the lamp's row, or NULL. */
 FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const beam *g, beam_interval i, real u,
-                        mask live) {
+                        __global uchar *plan, mask live) {
     lanes_of_real rows[16], t[WEDGE_POSITIONS];
     real share[WEDGE_POSITIONS], density[WEDGE_POSITIONS];
     rgb sum = cgrey(R(0));
     mask open = FALSE_MASK, planar = FALSE_MASK, rest = live;
     /* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
     int nulls = HAS(NULL) && s->params->has_null;
+    /* The place on a large or near emitter is noise that more points of the segment don't remove. */
+    mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
+    ireal way = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot ? plan_read(plan) : I(PLAN_INTEGRAL);
     if (!nulls) {
-        planar = live & at->primary & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
+        planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
         if (ANY(planar)) {
             wedge_store(s, l, g, at->d, i, rows);
-            open = wedge_open(s, rows, planar);
-            mask smooth = open & (l->light < I(0));
+            mask surveyed = planar & (way == I(PLAN_INTEGRAL));
+            if (ANY(surveyed) && !s->is_pilot) open = wedge_open(s, rows, surveyed);
+            mask smooth = open & (l->light < I(0)) & !l->met;
             if (ANY(smooth)) {
                 integral whole = beam_integral(g, l, i, &at->m);
                 smooth = smooth & whole.exact;
@@ -139,25 +174,33 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
-    beam_table table = beam_table_of(g, l, i, sigma, at->m.g);
-    int most = scatter_positions(s, rest & at->primary);
-    ireal count = at->primary ? I(most) : I(1);
+    piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
+    int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
+    ireal count = several ? I(most) : I(1);
+    count = ((way == I(PLAN_RAYS)) & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
+    count = way == I(PLAN_ONE) ? I(1) : count;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
     }
+    while (most > 1 && !ANY(rest & (count > I(most / 2)))) most /= 2;
     real per_count = R(1) / to_real(count);
     for (int j = 0; j < most; j++) {
-        share[j] = beam_table_warp(&table, (R(j) + u) * per_count, &density[j]);
+        share[j] = piecewise_warp(&table, (R(j) + u) * per_count, &density[j]);
         t[j].all = beam_equiangular(g, i, share[j]);
     }
     lanes_of_u32 low, high;
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        rasters = rest & planar & !open;
+        rasters = rest & planar & !open & ((way == I(PLAN_INTEGRAL)) | (way == I(PLAN_RASTER)));
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
     }
+    if (s->is_pilot) {
+        if (plan) plan_write(s, rows, &low, rasters, plan);
+        return sum;
+    }
+    real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
     mask grey = (at->m.sigma_t.r == at->m.sigma_t.g) & (at->m.sigma_t.g == at->m.sigma_t.b);
     int chromatic = ANY(rest & !grey);
     for (int j = 0; j < most; j++) {
@@ -182,7 +225,14 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             real way = along + p.distance;
             seen = chromatic ? medium_transmittance(at->m.sigma_t, way) : cgrey(lexp(-at->m.sigma_t.r * way));
         }
-        real f = beam_response(g, l, p, at->m.g) * i.width / (g->D * density[j]) * per_count;
+        real f = beam_response(g, l, p, at->m.g);
+        real weight = R(1);
+        if (SCATTERS_EMITTERS && ANY(l->met)) {
+            real by_light = l->density * g->D;
+            real by_path = medium_flight_density(&at->m, at->throughput, along) * f * angle;
+            weight = l->met ? by_light / lmax(by_light + by_path, R(1e-37)) : R(1);
+        }
+        f = f * weight * i.width / (g->D * density[j]) * per_count;
         rgb value = cscale(seen, f);
         if (HAS(TEXTURES) && ANY(l->light >= I(0))) value = cmul(value, lamp_gobo(s, l, vneg(wi)));
         sum = cselect(lit, cadd(sum, value), sum);
@@ -202,6 +252,11 @@ FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u
         real weight = transmittance_integral(sigma, at->t_end) / lexp(-sigma * along);
         mask lit = live & (I(j) < count) & (weight < R(1e30));
         if (!ANY(lit)) continue;
+        if (SCATTERS_EMITTERS && ANY(l->met)) {
+            real by_light = l->density / weight;
+            real by_path = medium_flight_density(&at->m, at->throughput, along) * phase;
+            weight = l->met ? weight * (by_light / lmax(by_light + by_path, R(1e-37))) : weight;
+        }
         rgb seen = visibility(s, vmad(at->d, along, at->o), vneg(l->axis), FAR_AWAY, at->inside, lit);
         rgb value = cmul(seen, medium_transmittance(at->m.sigma_t, along));
         sum = cselect(lit, cadd(sum, cscale(value, phase * weight * per_count)), sum);
@@ -209,42 +264,58 @@ FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u
     return sum;
 }
 
-/* What lamps scatter to the eye along the segment. u: lamp, technique, position; in [0, 1). */
-FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_technique, real u_position, mask live) {
+/* What lamps and emitters scatter to the eye along the segment. u: lamp, technique, position; in [0, 1). `by_lamps`,
+ * `by_emitters`: which lanes ask for what. */
+FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_technique, real u_position,
+                      random4 u_emitter, mask by_lamps, mask by_emitters) {
+    int count = s->params->light_count;
     if (!STRATEGY_IS_PRODUCT) {
-        in_scatter g = scatter_along(s, at->o, at->d, at->t_end, &at->m, u_light, u_technique, u_position, live);
-        mask some = live & g.some;
+        if (count == 0) return cgrey(R(0));
+        in_scatter g = scatter_along(s, at->o, at->d, at->t_end, &at->m, u_light, u_technique, u_position, by_lamps);
+        mask some = by_lamps & g.some;
         if (!ANY(some)) return cgrey(R(0));
         rgb seen = visibility(s, vmad(at->d, g.t, at->o), g.wi, g.distance * SHORT_OF_LIGHT, at->inside, some);
         return cselect(some, cmul(g.value, seen), cgrey(R(0)));
     }
-    int count = s->params->light_count;
     mask every = STRATEGY != STRATEGY_PRODUCT && count <= EVERY_LAMP ? at->primary : FALSE_MASK;
-    mask chooses = live & !every;
     real share = R(1);
     ireal choice = I(0);
-    if (ANY(chooses))
-        choice = lamp_choose_for_segment(s, at->o, at->d, at->t_end, &at->m, u_light, chooses, &share);
+    int rounds = 0;
+    if (HAS(DELTA_LIGHTS) && count > 0 && ANY(by_lamps)) {
+        mask chooses = by_lamps & !every;
+        if (ANY(chooses))
+            choice = lamp_choose_for_segment(s, at->o, at->d, at->t_end, &at->m, u_light, chooses, &share);
+        rounds = ANY(by_lamps & every) ? count : 1;
+    }
+    int emitters = SCATTERS_EMITTERS && ANY(by_emitters);
     rgb sum = cgrey(R(0));
-    int rounds = ANY(live & every) ? count : 1;
-    for (int k = 0; k < rounds; k++) {
-        ireal which = every ? I(k) : choice;
-        mask wants = live & (which >= I(0)) & (every | (I(k) == I(0)));
-        if (!ANY(wants)) continue;
-        lamp l = lamp_gather(s, wants ? which : I(0));
+    for (int k = 0; k < rounds + emitters; k++) {
+        mask wants = by_emitters;
+        lamp l;
+        real scale = R(1);
+        __global uchar *plan = NULL;
+        if (k < rounds) {
+            ireal which = every ? I(k) : choice;
+            wants = by_lamps & (which >= I(0)) & (every | (I(k) == I(0)));
+            if (!ANY(wants)) continue;
+            l = lamp_gather(s, wants ? which : I(0));
+            scale = every ? R(1) : R(1) / share;
+            if (s->plan && count <= EVERY_LAMP) plan = s->plan + s->plan_stride * (size_t)k;
+        } else {
+            l = emitter_lamp(s, at->o, at->d, at->t_end, u_emitter, wants);
+        }
         rgb value = cgrey(R(0));
         mask parallel = wants & l.directional;
-        if (ANY(parallel)) value = scatter_parallel(s, &l, at, u_position, parallel);
+        if (ANY(parallel) && !s->is_pilot) value = scatter_parallel(s, &l, at, u_position, parallel);
         if (ANY(wants & !l.directional)) {
             beam g = beam_of(&l, at->o, at->d, at->t_end);
             for (int part = 0; part < 2; part++) {
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
-                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, lit));
+                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, plan, lit));
             }
         }
-        value = cscale(cmul(value, l.intensity), every ? R(1) : R(1) / share);
-        sum = cselect(wants, cadd(sum, value), sum);
+        sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);
     }
     return cmul(sum, cmul(at->m.sigma_t, at->m.albedo));
 }

@@ -14,6 +14,7 @@
 #ifndef STRATEGY
 #define STRATEGY STRATEGY_AUTO
 #endif
+#define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
 #ifndef INDIRECT
 #define INDIRECT INDIRECT_AUTO
 #endif
@@ -31,6 +32,9 @@ typedef struct {
     __global const b_light *lights;
     __global const b_emitter *emitters;
     __global const float *cdf, *filter;
+    __global uchar *plan;  /* of this work-item's first pixel, or NULL; see shared.h */
+    size_t plan_stride;    /* from lamp to lamp */
+    int is_pilot;          /* writes the plan; else reads it */
 } scene;
 
 /* The first parameters of every kernel that reads the scene; lib/render.c sets them in this order. */
@@ -62,7 +66,10 @@ typedef struct {
     s.lights = lights;                          \
     s.emitters = emitters;                      \
     s.cdf = cdf;                                \
-    s.filter = filter
+    s.filter = filter;                          \
+    s.plan = NULL;                              \
+    s.plan_stride = 0;                          \
+    s.is_pilot = 0
 
 /* Farther than anything in a scene, near enough that its square is finite in float. */
 #define FAR_AWAY R(1e18)

@@ -287,6 +287,15 @@ SIZE_IS(b_params, 304);
 #define FILM_ALPHA 18      /* samples that met a surface, a scatterer or an environment */
 #define FILM_GUIDE_PLANES 19
 
+/* How a lamp's visibility along a pixel's camera rays is found (STRATEGY_AUTO): one byte per lamp, up to EVERY_LAMP, and
+ * pixel slot, lamp by lamp. Written by a pilot sample that adds nothing to the film. */
+#define EVERY_LAMP 8     /* so few lamps are all looked at along a camera ray */
+#define PLAN_INTEGRAL 0 /* look whether anything hides the lamp, integrate if not, else as PLAN_RASTER */
+#define PLAN_RASTER 1   /* several points, one walk for all of them */
+#define PLAN_RAYS 2     /* some points, a shadow ray each */
+#define PLAN_ONE 3      /* one point: all or nothing is hidden, and more than one ray costs more than it tells */
+#define PILOT_SAMPLE 0xfffffff0u /* its index: no other sample has it */
+
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,
  * [2] its sample index. */
 #define BAD_COUNT 0

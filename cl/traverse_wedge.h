@@ -146,23 +146,81 @@ FN ray wedge_ray(const wedge *w, const wedge_positions *p, int k, real1 *distanc
     return ray_make(o, d, 0);
 }
 
+/* A sphere about the lamp: its centre in the plane's axes, and |centre|^2 - radius^2 in twice the precision. */
+typedef struct { real1 x, y, z, radius, power; } wedge_sphere;
+
+FN wedge_sphere wedge_sphere_of(const wedge *w, __global const b_quadric *q) {
+    wedge_sphere c;
+    real1 to[3];
+    pair1 power = one_neg(one_mul(one_of(q->radius), one_of(q->radius)));
+    for (int a = 0; a < 3; a++) {
+        pair1 exact = one_sum(q->center[a], -w->lamp[a]);
+        to[a] = exact.high;
+        power = one_add(power, one_mul(exact, exact));
+    }
+    c.x = fma(to[0], w->x[0], fma(to[1], w->x[1], to[2] * w->x[2]));
+    c.y = fma(to[0], w->y[0], fma(to[1], w->y[1], to[2] * w->y[2]));
+    c.z = fma(to[0], w->z[0], fma(to[1], w->z[1], to[2] * w->z[2]));
+    c.radius = q->radius;
+    c.power = one_value(power);
+    return c;
+}
+
+/* Positions that the sphere hides: a ray from the lamp to them meets it on the way. As intersect_sphere, for eight rays. */
+FN ulong wedge_sphere_dark(const wedge *w, const wedge_positions *p, const wedge_sphere *c) {
+    ulong bits = 0;
+    for (int k = 0; 8 * k < p->count; k++) {
+        wide t = p->t[k].all, D = (wide)w->D, length = sqrt(fma(t, t, D * D)), radius = (wide)c->radius;
+        wide dx = D / length, dy = t / length, x = (wide)c->x, y = (wide)c->y;
+        wide b = fma(x, dx, y * dy), across = wide_difference(x, dy, y, dx);
+        wide e = sqrt(fma(across, across, (wide)(c->z * c->z)));
+        wide discriminant = b * b > radius * radius ? (radius - e) * (radius + e) : fma(b, b, (wide)-c->power);
+        wide s = b + copysign(sqrt(wmax(discriminant, (wide)0)), b);
+        wide r0 = s, r1 = (wide)c->power / s;
+        wide_mask hit0 = (r0 > length * (wide)WEDGE_NEAR) & (r0 < length);
+        wide_mask hit1 = (r1 > length * (wide)WEDGE_NEAR) & (r1 < length);
+        ulong set = wide_set((discriminant >= (wide)0) & (hit0 | hit1));
+        bits |= ((set * 0x0102040810204080ul) >> 56) << (8 * k);
+    }
+    return p->count < 64 ? bits & ((1ul << p->count) - 1) : bits;
+}
+
 FN ulong wedge_quadrics(const geometry *g, const wedge *w, const wedge_positions *p, uint code, ulong dark) {
     uint first = code >> 4, count = (code & 7) + 1;
-    for (int k = 0; k < p->count; k++) {
-        if (dark >> k & 1) continue;
-        real1 distance;
-        ray r = wedge_ray(w, p, k, &distance);
-        for (uint i = 8 * first; i < 8 * (first + count); i++) {
-            int id = g->quadric_ids[i];
-            real1 t, x, y;
-            if (id < 0) break;
-            if (intersect_quadric(&g->quadrics[id], &r, &t, &x, &y) && t < distance) {
-                dark |= 1ul << k;
-                break;
-            }
+    for (uint i = 8 * first; i < 8 * (first + count); i++) {
+        int id = g->quadric_ids[i];
+        if (id < 0) break;
+        __global const b_quadric *q = &g->quadrics[id];
+        if (q->kind == QUADRIC_SPHERE) {
+            wedge_sphere c = wedge_sphere_of(w, q);
+            dark |= wedge_sphere_dark(w, p, &c);
+            continue;
+        }
+        for (int k = 0; k < p->count; k++) {
+            real1 distance, t, x, y;
+            if (dark >> k & 1) continue;
+            ray r = wedge_ray(w, p, k, &distance);
+            if (intersect_quadric(q, &r, &t, &x, &y) && t < distance) dark |= 1ul << k;
         }
     }
     return dark;
+}
+
+/* Whether one of a leaf's quadrics may reach into the wedge. */
+FN int wedge_touches_quadrics(const geometry *g, const wedge *w, uint code) {
+    uint first = code >> 4, count = (code & 7) + 1;
+    for (uint i = 8 * first; i < 8 * (first + count); i++) {
+        int id = g->quadric_ids[i];
+        if (id < 0) break;
+        if (g->quadrics[id].kind != QUADRIC_SPHERE) return 1;
+        wedge_sphere c = wedge_sphere_of(w, &g->quadrics[id]);
+        real1 reach = c.radius + w->slack, r0 = sqrt(fma(w->t0, w->t0, w->D * w->D));
+        real1 r1 = sqrt(fma(w->t1, w->t1, w->D * w->D));
+        if (fabs(c.z) <= reach && c.x - reach <= w->D && fma(w->D, c.y, -w->t0 * c.x) >= -reach * r0 &&
+            fma(w->t1, c.x, -w->D * c.y) >= -reach * r1)
+            return 1;
+    }
+    return 0;
 }
 
 /* Lines through the lamp that bound the wedge: positive towards its inside. */
@@ -172,20 +230,30 @@ FN void wedge_edges(const wedge *w, real1 t0, real1 t1, along3 *edge0, along3 *e
     *edge1 = wedge_along(w, t1 / r1, -w->D / r1);
 }
 
-/* Whether nothing at all lies in the wedge; an occluder that only touches its ends doesn't count. */
-WALK int wedge_is_empty(const geometry *g, const wedge *w) {
+/* A walk through the wedge that looks at no position: how much there is in it. */
+typedef struct {
+    int touches; /* triangles and quadrics that hide a part of the ray; those that only touch its ends don't count */
+    int visits;  /* nodes and leaves */
+} wedge_contents;
+
+/* Ends at the first touch, or after `limit` visits; then `touches` is 1 at least. */
+WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first, int limit) {
     int stack[BVH_STACK];
     int top = 0, child = 0;
+    wedge_contents in;
     along3 edge0, edge1;
     wedge_edges(w, w->t0, w->t1, &edge0, &edge1);
-    for (int visits = 0; visits < WEDGE_MAX_VISITS; visits++) {
+    in.touches = 0;
+    for (in.visits = 0; in.visits < limit; in.visits++) {
         if (child < 0) {
             uint code = ~(uint)child, first = code >> 4, count = (code & 7) + 1;
-            if ((FEATURES & FEATURE_QUADRICS) && (code & 8)) return 0;
-            for (uint i = first; i < first + count; i++) {
+            int quadrics = (FEATURES & FEATURE_QUADRICS) && (code & 8);
+            if (quadrics) in.touches += wedge_touches_quadrics(g, w, code);
+            for (uint i = first; i < first + count && !quadrics; i++) {
                 lanes_of_wide low, high;
-                if (wedge_block(&g->blocks[i], w, &low, &high)) return 0;
+                if (wedge_block(&g->blocks[i], w, &low, &high)) in.touches++;
             }
+            if (to_first && in.touches) return in;
         } else {
             ulong set = wedge_node(&g->nodes[child], w, edge0, edge1);
             for (; set; top++) {
@@ -194,10 +262,16 @@ WALK int wedge_is_empty(const geometry *g, const wedge *w) {
                 stack[top] = g->nodes[child].child[k];
             }
         }
-        if (top == 0) return 1;
+        if (top == 0) return in;
         child = stack[--top];
     }
-    return 0;
+    in.touches++;
+    return in;
+}
+
+/* Whether nothing at all lies in the wedge. */
+FN int wedge_is_empty(const geometry *g, const wedge *w) {
+    return wedge_survey(g, w, 1, WEDGE_MAX_VISITS).touches == 0;
 }
 
 /* One bit per position that something hides. `visits` counts nodes and leaves. */

@@ -409,6 +409,7 @@ typedef struct brume_render_stats {
     uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for replay */
     uint64_t device_bytes;
     double bvh_seconds, upload_seconds, build_seconds, render_seconds;
+    double pilot_seconds;           /* of render_seconds: a sample that found out how to look at each lamp */
 } brume_render_stats;
 
 BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);

@@ -20,7 +20,8 @@ enum {
     RENDER_COOKIE = 0x62720001,
     /* On a segment, unless asked for: more cost more than they gain (measured by make ladder). */
     SYSTEMATIC_POSITIONS = 4,
-    RASTER_POSITIONS = 64
+    RASTER_POSITIONS = 64,
+    AUTO_POSITIONS = 16
 };
 
 brume_render_desc brume_render_desc_default(void) {
@@ -124,15 +125,24 @@ static brume_result create_film(brume_render *render) {
     if (code == CL_SUCCESS) code = clFinish(device->queue);
     if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating the film");
     render->stats.device_bytes += size;
+    /* Without a pilot nobody looks at the plan. */
+    size = render->needs_pilot ? EVERY_LAMP * brume_film_slot_count(&render->layout) : 1;
+    render->plan = clCreateBuffer(device->cl, CL_MEM_READ_WRITE, size, NULL, &code);
+    if (code == CL_SUCCESS) code = clEnqueueFillBuffer(device->queue, render->plan, &zero, 1, 0, size, 0, NULL, NULL);
+    if (code == CL_SUCCESS) code = clFinish(device->queue);
+    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating the plan");
+    render->stats.device_bytes += size;
     return BRUME_OK;
 }
 
-/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, and waits. */
-static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples) {
-    cl_uint values[4] = {group, group + groups, first, samples};
+/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them, and
+ * waits. */
+static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
+                     cl_uint is_pilot) {
+    cl_uint values[5] = {group, group + groups, first, samples, is_pilot};
     cl_int code = CL_SUCCESS;
-    for (cl_uint i = 0; i < 4 && code == CL_SUCCESS; i++)
-        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 2 + i, sizeof(cl_uint), &values[i]);
+    for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
+        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
     size_t local = render->local_size;
     size_t global = (groups + local - 1) / local * local;
     if (code == CL_SUCCESS)
@@ -165,7 +175,9 @@ static brume_result build_kernel(brume_render *render, const brume_arrays *array
     if (code == CL_SUCCESS) code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS, sizeof(cl_mem), &render->planes);
     if (code == CL_SUCCESS)
         code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 1, sizeof(cl_mem), &render->bad);
-    if (code == CL_SUCCESS) code = launch(render, 0, 1, 0, 0);
+    if (code == CL_SUCCESS)
+        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 2, sizeof(cl_mem), &render->plan);
+    if (code == CL_SUCCESS) code = launch(render, 0, 1, 0, 0, 0);
     if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "preparing the kernel");
     return BRUME_OK;
 }
@@ -252,8 +264,13 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     }
     if (!desc.use_indirect) desc.indirect = scene->integrator.indirect;
     desc.indirect = resolve_indirect(&desc, &arrays);
+    render->needs_pilot = desc.strategy == BRUME_STRATEGY_AUTO && (arrays.features & FEATURE_MEDIA) &&
+                          arrays.light_count > 0 && arrays.light_count <= EVERY_LAMP && !arrays.params.has_null &&
+                          arrays.params.max_depth >= 2;
     arrays.params.positions = desc.positions ? (int)desc.positions
-                              : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS : RASTER_POSITIONS;
+                              : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS
+                              : desc.strategy == BRUME_STRATEGY_AUTO       ? AUTO_POSITIONS
+                                                                           : RASTER_POSITIONS;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;
@@ -297,6 +314,7 @@ void brume_render_destroy(brume_render *render) {
     if (render->program) clReleaseProgram(render->program);
     if (render->planes) clReleaseMemObject(render->planes);
     if (render->bad) clReleaseMemObject(render->bad);
+    if (render->plan) clReleaseMemObject(render->plan);
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++)
         if (render->buffers[i]) clReleaseMemObject(render->buffers[i]);
     brume_device_destroy(render->device);
@@ -325,9 +343,9 @@ static int report_progress(const brume_render *render, double start, double work
 
 /* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
  * as long there, would be measured as slower, and the next one would be smaller still. */
-static uint32_t launch_size(const brume_render *render) {
+static uint32_t launch_size(const brume_render *render, uint32_t samples) {
     size_t least = render->device->info.compute_units * render->local_size;
-    double wanted = render->groups_per_second * LAUNCH_SECONDS / render->pass_samples;
+    double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
     if (wanted < (double)least) wanted = (double)least;
     return wanted < render->layout.group_count ? (uint32_t)wanted : render->layout.group_count;
 }
@@ -345,6 +363,21 @@ static brume_result read_bad_samples(brume_render *render) {
     return BRUME_OK;
 }
 
+/* One launch of the pilot, which takes about as long as a sample. */
+static brume_result run_pilot(brume_render *render) {
+    uint32_t left = render->layout.group_count - render->pilot_done;
+    uint32_t groups = launch_size(render, 1);
+    if (groups > left) groups = left;
+    double before = brume_seconds();
+    cl_int code = launch(render, render->pilot_done, groups, PILOT_SAMPLE, 1, 1);
+    double spent = brume_seconds() - before;
+    render->stats.pilot_seconds += spent;
+    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "rendering the pilot");
+    if (spent > 0) render->groups_per_second = (double)groups / spent;
+    render->pilot_done += groups;
+    return BRUME_OK;
+}
+
 brume_result brume_render_run(brume_render *render, brume_progress_callback callback, void *user) {
     if (!render) return BRUME_ERROR_ARGUMENT;
     double start = brume_seconds(), work_at_start = work_done(render), last_report = start;
@@ -353,6 +386,11 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
         if (__atomic_exchange_n(&render->cancelled, 0, __ATOMIC_RELAXED)) {
             result = BRUME_CANCELLED;
             break;
+        }
+        if (render->needs_pilot && render->pilot_done < render->layout.group_count) {
+            result = run_pilot(render);
+            if (result != BRUME_OK) return result;
+            continue;
         }
         if (render->pass_samples == 0) {
             /* 1, 1, 2, 4, ...: a whole picture soon, then long passes. */
@@ -363,11 +401,11 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
             render->groups_done = 0;
         }
         uint32_t left = render->layout.group_count - render->groups_done;
-        uint32_t groups = launch_size(render);
+        uint32_t groups = launch_size(render, render->pass_samples);
         if (groups > left) groups = left;
         double before = brume_seconds();
         cl_int code = launch(render, render->groups_done, groups, render->desc.first_sample + render->samples_done,
-                             render->pass_samples);
+                             render->pass_samples, 0);
         if (code != CL_SUCCESS) {
             render->stats.render_seconds += brume_seconds() - start;
             return brume_fail_cl(render->device->context, code, "rendering");

@@ -15,7 +15,7 @@ struct brume_render {
     b_params params;
     brume_film_layout layout;
     cl_mem buffers[BRUME_SCENE_BUFFERS];
-    cl_mem planes, bad;
+    cl_mem planes, bad, plan;
     cl_program program;
     cl_kernel kernel;
     size_t local_size;
@@ -24,6 +24,8 @@ struct brume_render {
     uint32_t samples_done;  /* per pixel, in whole passes */
     uint32_t pass_samples;  /* of the pass under way, 0 between passes */
     uint32_t groups_done;   /* of it */
+    int needs_pilot;        /* STRATEGY_AUTO has lamps in a medium to make a plan for */
+    uint32_t pilot_done;    /* groups */
     double groups_per_second; /* times samples; 0 unknown */
     int cancelled;          /* written from any thread, atomically */
 
