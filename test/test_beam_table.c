@@ -242,7 +242,8 @@ static double integral_of(int i, int channel) {
     return sum;
 }
 
-/* What rounding the interval's place to e does to the light of a fading rim: how well cutoff - angle is known. */
+/* What rounding an angle x to e does to the light of a fading rim: how well cutoff - angle is known. Of an interval a
+ * turn on, x is as large as 2 pi. */
 static double rim_error(int i, double e) {
     const b_light *light = &lights[i / 16];
     double least = PI;
@@ -251,7 +252,7 @@ static double rim_error(int i, double e) {
         least = fmin(least, 2 * asin(sqrt(fmin(v / 2, 1))));
     }
     int is_rim = light->kind == LIGHT_SPOT && least > 0.9 * light->cutoff;
-    return is_rim ? 2 * e * light->cutoff / (light->cutoff - least) : 0;
+    return is_rim ? 2 * e * fmax(light->cutoff, fabs(out[X0][i]) + out[WIDTH][i]) / (light->cutoff - least) : 0;
 }
 
 /* Largest relative error among the beams called exact, over the bound, and their share. Lamps as near to the ray as
