@@ -104,6 +104,8 @@ FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
         wedge w = wedge_take(rows, k);
+        w.t0 += w.slack; /* as in wedge_open, or by rounding the surface at the end is a content */
+        w.t1 -= w.slack;
         wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
         int cheap = c.visits < PLAN_RASTER_VISITS;
         uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;
