@@ -66,6 +66,7 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
         real hs = R(0), hc = R(1), es = R(0), ec = R(1);
         if (!ANY(some)) continue;
         real theta = theta0 + middle;
+        /* a scalar's true is 1, which as a lane's mask selects nothing */
         mask fades = (panel != 1 ? TRUE_MASK : k <= R(0)) & !thirds;
         mask falls = l->cone & (fades | l->cosine);
         int fades_any = ANY(falls & some);

@@ -50,11 +50,11 @@ static const char table_text[] =
     "    STORE(out + 8 * n, whole.exact ? R(1) : R(0));\n"
     "    STORE(out + 9 * n, whole.value.r); STORE(out + 10 * n, whole.value.g); STORE(out + 11 * n, whole.value.b);\n"
     "    out += 12 * n;\n"
-    "    beam_table table = beam_table_of(&g, &l, i, grey_extinction(&m), m.g);\n"
-    "    for (int k = 0; k <= BEAM_CELLS; k++, out += n) STORE(out, table.node[k]);\n"
-    "    for (int k = 0; k <= BEAM_CELLS; k++, out += n) STORE(out, table.below[k]);\n"
+    "    piecewise table = beam_table_of(&g, &l, i, grey_extinction(&m), m.g);\n"
+    "    for (int k = 0; k <= PIECES; k++, out += n) STORE(out, table.node[k]);\n"
+    "    for (int k = 0; k <= PIECES; k++, out += n) STORE(out, table.below[k]);\n"
     "    for (int k = 0; k < VARIATES; k++, out += n) {\n"
-    "        real density, share = beam_table_warp(&table, LOAD(u + k * n), &density);\n"
+    "        real density, share = piecewise_warp(&table, LOAD(u + k * n), &density);\n"
     "        STORE(out, share); STORE(out + VARIATES * n, density);\n"
     "    }\n"
     "}\n";
@@ -242,7 +242,8 @@ static double integral_of(int i, int channel) {
     return sum;
 }
 
-/* What rounding the interval's place to e does to the light of a fading rim: how well cutoff - angle is known. */
+/* What rounding an angle x to e does to the light of a fading rim: how well cutoff - angle is known. Of an interval a
+ * turn on, x is as large as 2 pi. */
 static double rim_error(int i, double e) {
     const b_light *light = &lights[i / 16];
     double least = PI;
@@ -251,7 +252,7 @@ static double rim_error(int i, double e) {
         least = fmin(least, 2 * asin(sqrt(fmin(v / 2, 1))));
     }
     int is_rim = light->kind == LIGHT_SPOT && least > 0.9 * light->cutoff;
-    return is_rim ? 2 * e * light->cutoff / (light->cutoff - least) : 0;
+    return is_rim ? 2 * e * fmax(light->cutoff, fabs(out[X0][i]) + out[WIDTH][i]) / (light->cutoff - least) : 0;
 }
 
 /* Largest relative error among the beams called exact, over the bound, and their share. Lamps as near to the ray as
@@ -347,8 +348,8 @@ static const char draw_text[] =
     "    in_scatter p = scatter_from_lamp(&l, o, d, t_end, &m, LOAD(u), LOAD(u + n));\n"
     "    STORE(out, p.t - g.delta);\n"
     "    real density;\n"
-    "    beam_table table = beam_table_of(&g, &l, g.a, grey_extinction(&m), m.g);\n"
-    "    STORE(out + n, beam_table_warp(&table, LOAD(u + n), &density));\n"
+    "    piecewise table = beam_table_of(&g, &l, g.a, grey_extinction(&m), m.g);\n"
+    "    STORE(out + n, piecewise_warp(&table, LOAD(u + n), &density));\n"
     "    STORE(out + 2 * n, density);\n"
     "    STORE(out + 3 * n, g.a.t0); STORE(out + 4 * n, g.a.t1); STORE(out + 5 * n, g.b.t0);\n"
     "    STORE(out + 6 * n, g.b.width > R(0) ? g.b.t1 : g.b.t0);\n"

@@ -132,6 +132,17 @@ static void usage_errors(void **state)
         {"a.xml --spp 4 --sample-range 0:4", "exclude"},
         {"a.xml --lanes 3", "--lanes"},
         {"a.xml --precision half", "--precision"},
+        {"a.xml --strategy fast", "--strategy"},
+        {"a.xml --strategy equiangular-", "--strategy"},
+        {"a.xml --strategy raster:", "--strategy"},
+        {"a.xml --strategy raster:0", "--strategy"},
+        {"a.xml --strategy raster:3", "--strategy"},
+        {"a.xml --strategy raster:128", "--strategy"},
+        {"a.xml --strategy raster:8x", "--strategy"},
+        {"a.xml --strategy :8", "--strategy"},
+        {"a.xml --strategy", "needs NAME"},
+        {"a.xml --indirect fast", "--indirect"},
+        {"a.xml --indirect ray-lights:4", "--indirect"},
         {"a.xml --exposure bright", "--exposure"},
         {"a.xml --exposure nan", "--exposure"},
         {"a.xml --stats=xml", "--stats"},
@@ -259,6 +270,22 @@ static void crop_and_sample_range(void **state)
 
     assert_int_equal(run("scene.xml -o crop.exr --crop 0,25,0,16"), 2);
     expect_error_line("crop");
+}
+
+/* What is asked for comes back by its name, with the scene's where nothing is. */
+static void strategies(void **state)
+{
+    (void)state;
+    if (!has_device())
+        skip();
+    assert_int_equal(run("scene.xml -o a.exr --spp 1 --stats=json --strategy systematic:8 --indirect phase"), 0);
+    expect_member("strategy", "\"systematic\"");
+    expect_member("positions", "8");
+    expect_member("indirect", "\"phase\"");
+    assert_int_equal(run("scene.xml -o a.exr --spp 1 --stats=json --strategy=equiangular-cone --indirect phase"), 0);
+    expect_member("strategy", "\"equiangular-cone\"");
+    assert_int_equal(run("scene.xml -o a.exr --spp 1 --stats=json"), 0);
+    expect_member("strategy", "\"auto\"");
 }
 
 static void progress_lines(void **state)
@@ -390,6 +417,7 @@ int main(void)
         cmocka_unit_test(unwritable_outputs_are_refused_first),
         cmocka_unit_test(pictures_and_statistics),
         cmocka_unit_test(crop_and_sample_range),
+        cmocka_unit_test(strategies),
         cmocka_unit_test(progress_lines),
         cmocka_unit_test(interrupt_writes_the_picture),
         cmocka_unit_test(interrupt_before_the_render_ends_at_once),

@@ -361,6 +361,17 @@ static void misuse_is_an_error_not_a_crash(void **state) {
     desc.first_sample = UINT32_MAX;
     assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
     desc = brume_render_desc_default();
+    desc.use_strategy = 1;
+    desc.strategy = (brume_strategy)9;
+    assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
+    desc.strategy = BRUME_STRATEGY_RASTER;
+    desc.positions = 65;
+    assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
+    desc = brume_render_desc_default();
+    desc.use_indirect = 1;
+    desc.indirect = (brume_indirect)4;
+    assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
+    desc = brume_render_desc_default();
     desc.use_crop = 1;
     desc.crop_x = WIDTH;
     desc.crop_width = desc.crop_height = 1;

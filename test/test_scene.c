@@ -10,6 +10,7 @@
 #include <cmocka.h>
 
 #include "scene.h"
+#include "strategy.h"
 
 typedef struct fixture {
     brume_context *context;
@@ -293,6 +294,39 @@ static void test_film(void **state) {
     assert_int_equal(brume_scene_get_film(NULL, &d), BRUME_ERROR_ARGUMENT);
 }
 
+/* Names are those of brume.h's comments, in both directions; nothing else is one. */
+static void test_strategy_names(void **state) {
+    static const char *const names[] = {"auto", "spherical", "distance", "equiangular", "equiangular-cone", "mis",
+                                        "product", "systematic", "raster"};
+    static const char *const indirects[] = {"auto", "phase", "mixture", "ray-lights"};
+    static const char *const wrong[] = {"", "Auto", "auto ", "raste", "rasters", "equiangular_cone", "ray-light"};
+    brume_strategy strategy = BRUME_STRATEGY_MIS;
+    brume_indirect indirect = BRUME_INDIRECT_MIXTURE;
+    (void)state;
+    for (int i = 0; i < 9; i++) {
+        assert_string_equal(brume_strategy_name((brume_strategy)i), names[i]);
+        assert_true(brume_strategy_find(names[i], &strategy) && (int)strategy == i);
+    }
+    for (int i = 0; i < 4; i++) {
+        assert_string_equal(brume_indirect_name((brume_indirect)i), indirects[i]);
+        assert_true(brume_indirect_find(indirects[i], &indirect) && (int)indirect == i);
+    }
+    assert_null(brume_strategy_name((brume_strategy)9));
+    assert_null(brume_strategy_name((brume_strategy)-1));
+    assert_null(brume_indirect_name((brume_indirect)4));
+    for (size_t i = 0; i < sizeof wrong / sizeof wrong[0]; i++) {
+        assert_false(brume_strategy_find(wrong[i], &strategy));
+        assert_false(brume_indirect_find(wrong[i], &indirect));
+    }
+    /* untouched by what isn't found */
+    assert_int_equal(strategy, BRUME_STRATEGY_RASTER);
+    assert_int_equal(indirect, BRUME_INDIRECT_RAY_LIGHTS);
+    for (uint32_t n = 0; n <= 200; n++) {
+        int valid = n == 0 || n == 1 || n == 2 || n == 4 || n == 8 || n == 16 || n == 32 || n == 64;
+        assert_int_equal(brume_positions_valid(n) != 0, valid);
+    }
+}
+
 static void test_integrator(void **state) {
     fixture *f = *state;
     BAD_SET(integrator, d.cookie = 0, "brume_integrator_desc_default");
@@ -300,6 +334,11 @@ static void test_integrator(void **state) {
     BAD_SET(integrator, d.rr_depth = 0, "rr_depth");
     BAD_SET(integrator, d.sampler = (brume_sampler)2, "sampler 2");
     BAD_SET(integrator, d.sample_count = 0, "sample_count");
+    BAD_SET(integrator, d.strategy = (brume_strategy)9, "strategy 9");
+    BAD_SET(integrator, d.strategy = (brume_strategy)-1, "strategy -1");
+    BAD_SET(integrator, d.positions = 3, "positions");
+    BAD_SET(integrator, d.positions = 128, "positions");
+    BAD_SET(integrator, d.indirect = (brume_indirect)4, "indirect 4");
     brume_integrator_desc d;
     assert_int_equal(brume_scene_get_integrator(f->scene, &d), BRUME_OK);
     assert_int_equal(d.max_depth, -1);
@@ -396,6 +435,7 @@ int main(void) {
         IN_SCENE(test_film),       IN_SCENE(test_integrator),
         IN_SCENE(test_many),       IN_SCENE(test_defaults_are_accepted),
         cmocka_unit_test(test_default_values), cmocka_unit_test(test_create_and_destroy),
+        cmocka_unit_test(test_strategy_names),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

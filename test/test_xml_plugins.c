@@ -353,7 +353,17 @@ static void test_integrators(void **state) {
             i == 2 ? "scene.xml:1:1: the scene has media, which its integrator ignores; volpath does not\n" : "");
         brume_scene_destroy(scene);
     }
-    brume_scene *scene = scene_files_good(SCENE("<integrator type='volpath'/>"));
+    brume_scene *scene = scene_files_good(
+        SCENE("<integrator type='volpath'><string name='strategy' value='systematic'/>"
+              "<integer name='positions' value='8'/><string name='indirect' value='ray-lights'/></integrator>"));
+    assert_int_equal(scene->integrator.strategy, BRUME_STRATEGY_SYSTEMATIC);
+    assert_int_equal(scene->integrator.positions, 8);
+    assert_int_equal(scene->integrator.indirect, BRUME_INDIRECT_RAY_LIGHTS);
+    brume_scene_destroy(scene);
+    scene = scene_files_good(SCENE("<integrator type='volpath'/>"));
+    assert_int_equal(scene->integrator.strategy, BRUME_STRATEGY_AUTO);
+    assert_int_equal(scene->integrator.positions, 0);
+    assert_int_equal(scene->integrator.indirect, BRUME_INDIRECT_AUTO);
     assert_int_equal(scene->integrator.max_depth, -1);
     assert_int_equal(scene->integrator.rr_depth, 5);
     assert_int_equal(scene->integrator.hide_emitters, 0);
