@@ -160,29 +160,36 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     /* The place on a large or near emitter is noise that more points of the segment don't remove. */
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
     ireal way = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot ? plan_read(plan) : I(PLAN_INTEGRAL);
+    mask controlled = FALSE_MASK;
     if (!nulls) {
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
-        if (ANY(planar)) {
-            wedge_store(s, l, g, at->d, i, rows);
-            mask surveyed = planar & (way == I(PLAN_INTEGRAL));
-            if (ANY(surveyed) && !s->is_pilot) open = wedge_open(s, rows, surveyed);
-            mask smooth = open & (l->light < I(0)) & !l->met;
-            if (ANY(smooth)) {
-                integral whole = beam_integral(g, l, i, &at->m);
-                smooth = smooth & whole.exact;
-                sum = cselect(smooth, cscale(whole.value, R(1) / g->D), sum);
-                rest = rest & !smooth;
-            }
+        mask whole = planar & (way == I(PLAN_INTEGRAL)) & (l->light < I(0)) & !l->met;
+        if (STRATEGY == STRATEGY_AUTO && !s->is_pilot && ANY(whole)) {
+            integral all = beam_integral(g, l, i, &at->m);
+            controlled = whole & all.exact;
+            sum = cselect(controlled, cscale(all.value, R(1) / g->D), sum);
+        }
+        if (ANY(planar & !controlled)) wedge_store(s, l, g, at->d, i, rows);
+        mask surveyed = planar & (way == I(PLAN_INTEGRAL)) & !controlled;
+        if (!s->is_pilot && ANY(surveyed)) open = wedge_open(s, rows, surveyed);
+        mask smooth = open & whole;
+        if (STRATEGY != STRATEGY_AUTO && ANY(smooth)) {
+            integral all = beam_integral(g, l, i, &at->m);
+            smooth = smooth & all.exact;
+            sum = cselect(smooth, cscale(all.value, R(1) / g->D), sum);
+            rest = rest & !smooth;
         }
     }
     if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
-    piecewise table = beam_table_of(g, l, i, sigma, at->m.g);
+    piecewise table;
+    int shaped = ANY(rest & !controlled);
+    if (shaped) table = beam_table_of(g, l, i, sigma, at->m.g);
     int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
     count = ((way == I(PLAN_RAYS)) & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
-    count = way == I(PLAN_ONE) ? I(1) : count;
+    count = ((way == I(PLAN_ONE)) | controlled) ? I(1) : count;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
@@ -190,14 +197,20 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     while (most > 1 && !ANY(rest & (count > I(most / 2)))) most /= 2;
     real per_count = R(1) / to_real(count);
     for (int j = 0; j < most; j++) {
-        share[j] = piecewise_warp(&table, (R(j) + u) * per_count, &density[j]);
+        share[j] = (R(j) + u) * per_count;
+        density[j] = R(1);
+        if (shaped) {
+            real warped = piecewise_warp(&table, share[j], &density[j]);
+            share[j] = controlled ? share[j] : warped;
+            density[j] = controlled ? R(1) : density[j];
+        }
         t[j].all = beam_equiangular(g, i, share[j]);
     }
     lanes_of_u32 low, high;
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        rasters = rest & planar & !open & ((way == I(PLAN_INTEGRAL)) | (way == I(PLAN_RASTER)));
+        rasters = rest & planar & !open & !controlled & ((way == I(PLAN_INTEGRAL)) | (way == I(PLAN_RASTER)));
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
     }
     if (s->is_pilot) {
@@ -223,9 +236,13 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             seen = visibility(s, vmad(at->d, along, at->o), wi, p.distance * SHORT_OF_LIGHT, at->inside, lit);
             seen = cmul(seen, medium_transmittance(at->m.sigma_t, along));
         } else {
-            if (ANY(rays))
-                lit = lit & !occluded(&s->geometry, vmad(at->d, along, at->o), wi, R(0), p.distance * SHORT_OF_LIGHT,
-                                      rays);
+            if (ANY(rays)) {
+                mask hidden = occluded(&s->geometry, vmad(at->d, along, at->o), wi, R(0), p.distance * SHORT_OF_LIGHT,
+                                       rays);
+                /* Where all has been counted already, what is hidden is taken off again. */
+                lit = (lit & hidden & controlled) | (lit & !hidden & !controlled);
+                if (!ANY(lit)) continue;
+            }
             real way = along + p.distance;
             seen = chromatic ? medium_transmittance(at->m.sigma_t, way) : cgrey(lexp(-at->m.sigma_t.r * way));
         }
@@ -237,6 +254,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             weight = l->met ? by_light / lmax(by_light + by_path, R(1e-37)) : R(1);
         }
         f = f * weight * i.width / (g->D * density[j]) * per_count;
+        f = controlled ? -f : f;
         rgb value = cscale(seen, f);
         if (HAS(TEXTURES) && ANY(l->light >= I(0))) value = cmul(value, lamp_gobo(s, l, vneg(wi)));
         sum = cselect(lit, cadd(sum, value), sum);

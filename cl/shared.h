@@ -290,7 +290,7 @@ SIZE_IS(b_params, 304);
 /* How a lamp's visibility along a pixel's camera rays is found (STRATEGY_AUTO): one byte per lamp, up to EVERY_LAMP, and
  * pixel slot, lamp by lamp. Written by a pilot sample that adds nothing to the film. */
 #define EVERY_LAMP 8     /* so few lamps are all looked at along a camera ray */
-#define PLAN_INTEGRAL 0 /* look whether anything hides the lamp, integrate if not, else as PLAN_RASTER */
+#define PLAN_INTEGRAL 0 /* nothing seems to hide the lamp: the integral, and one ray that takes off what is hidden after all */
 #define PLAN_RASTER 1   /* several points, one walk for all of them */
 #define PLAN_RAYS 2     /* some points, a shadow ray each */
 #define PLAN_ONE 3      /* one point: all or nothing is hidden, and more than one ray costs more than it tells */
