@@ -20,11 +20,13 @@
 
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* What a walk may cost, in nodes and leaves: to find out that nothing hides the lamp; to find out what is hidden. Half a
- * million thin branches take 235, a bunny 36, slats 12, a room 19. */
-#define PLAN_OPEN_VISITS 24
-#define PLAN_RASTER_VISITS 24
-#define PLAN_RAYS_POSITIONS 2
+/* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow rays. Half
+ * a million thin branches take 235, a bunny 36, slats 12, a room 19. None is few enough to pay in pictures, where what
+ * differs within a pixel is more than what the rays miss: rays that go together cost 10 ns each at 16 lanes. */
+#define PLAN_VISITS 24
+#ifndef PLAN_RASTER_VISITS
+#define PLAN_RASTER_VISITS 0
+#endif
 
 /* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
  * is chosen among others) by this. */
@@ -108,11 +110,14 @@ FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
         wedge w = wedge_between_ends(wedge_take(rows, k));
-        wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
-        int cheap = c.visits < PLAN_RASTER_VISITS;
-        uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;
-        if (c.touches == 0) way = c.visits < PLAN_OPEN_VISITS ? PLAN_INTEGRAL : PLAN_ONE;
-        if (dark->one[k] == (1u << PILOT_POSITIONS) - 1) way = PLAN_ONE;
+        wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_VISITS);
+        uint bits = dark->one[k], all = (1u << PILOT_POSITIONS) - 1;
+        /* How often light and shadow take turns along the ray. */
+        int edges = (int)popcount((bits ^ (bits >> 1)) & (all >> 1));
+        uchar way = edges <= 1 ? PLAN_RAYS_2 : edges <= 5 ? PLAN_RAYS_4 : PLAN_RAYS_8;
+        if (c.visits < PLAN_RASTER_VISITS) way = PLAN_RASTER;
+        if (c.touches == 0 || bits == 0) way = PLAN_INTEGRAL;
+        if (bits == all) way = PLAN_ONE;
         row[k] = way;
     }
 }
@@ -183,17 +188,19 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
-    piecewise table;
-    int shaped = ANY(rest & !controlled);
-    if (shaped) table = beam_table_of(g, l, i, sigma, at->m.g);
     int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
-    count = ((way == I(PLAN_RAYS)) & (count > I(PLAN_RAYS_POSITIONS))) ? I(PLAN_RAYS_POSITIONS) : count;
-    count = ((way == I(PLAN_ONE)) | controlled) ? I(1) : count;
+    mask plain = controlled | (way == I(PLAN_ONE)); /* equiangular: a table would not pay */
+    mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
+    count = (several & rayed) ? I(1) << (way - I(1)) : count;
+    count = plain ? I(1) : count;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
         count = open ? I(most) : count;
     }
+    piecewise table;
+    int shaped = ANY(rest & !plain);
+    if (shaped) table = beam_table_of(g, l, i, sigma, at->m.g);
     while (most > 1 && !ANY(rest & (count > I(most / 2)))) most /= 2;
     real per_count = R(1) / to_real(count);
     for (int j = 0; j < most; j++) {
@@ -201,8 +208,8 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         density[j] = R(1);
         if (shaped) {
             real warped = piecewise_warp(&table, share[j], &density[j]);
-            share[j] = controlled ? share[j] : warped;
-            density[j] = controlled ? R(1) : density[j];
+            share[j] = plain ? share[j] : warped;
+            density[j] = plain ? R(1) : density[j];
         }
         t[j].all = beam_equiangular(g, i, share[j]);
     }

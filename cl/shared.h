@@ -292,8 +292,10 @@ SIZE_IS(b_params, 304);
 #define EVERY_LAMP 8     /* so few lamps are all looked at along a camera ray */
 #define PLAN_INTEGRAL 0 /* nothing seems to hide the lamp: the integral, and one ray that takes off what is hidden after all */
 #define PLAN_RASTER 1   /* several points, one walk for all of them */
-#define PLAN_RAYS 2     /* some points, a shadow ray each */
-#define PLAN_ONE 3      /* one point: all or nothing is hidden, and more than one ray costs more than it tells */
+#define PLAN_RAYS_2 2   /* some points, a shadow ray each */
+#define PLAN_RAYS_4 3
+#define PLAN_RAYS_8 4
+#define PLAN_ONE 5      /* one point: all is hidden */
 #define PILOT_SAMPLE 0xfffffff0u /* its index: no other sample has it */
 
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,
