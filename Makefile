@@ -1,11 +1,13 @@
 # make deps          install what is missing (Debian, Ubuntu; elsewhere: what to install)
-# make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example
+# make               build/libbrume.so.0, build/libbrume.a, build/render-cli, build/example, build/ladder
 # make demo          render out/three-spots.exr and .png
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
+# make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
+#                    and so on: build/ladder --help
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -46,9 +48,9 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard te
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder clean
 .SECONDARY:
-all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example
+all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
 $(build)/libbrume.so.0: $(lib_objects) lib/exports.map
 	$(CC) -shared -Wl,-soname,libbrume.so.0,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)
@@ -79,6 +81,10 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
 $(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ $(libs)
+
+$(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(build)/apps/error_metrics.o \
+                 $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
 $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
@@ -123,6 +129,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 	@mkdir -p $(@D)
 	$(CXX) $(CXXFLAGS_all) -std=c++98 -pedantic-errors -Ilib -c -o $@ $<
 
+$(build)/test/test_ladder: $(build)/apps/error_metrics.o
 $(build)/test/test_headers: $(build)/test/header_cxx.o
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
@@ -139,6 +146,11 @@ check-oclgrind: $(build)/render-cli meshes
 crosscheck: $(build)/render-cli
 	@sh lib/deps.sh python3 python3-venv libllvm19
 	python3 test/crosscheck/crosscheck.py $(build) $(if $(quick),--quick)
+
+# ARGS="--scenes open-beam --rungs mis,raster": what to compare, and how long
+ladder: $(build)/ladder meshes
+	@sh lib/deps.sh imagemagick fonts-dejavu-core
+	$(build)/ladder $(ARGS)
 
 clean:
 	rm -rf build out

@@ -67,7 +67,7 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
         if (!ANY(some)) continue;
         real theta = theta0 + middle;
         /* a scalar's true is 1, which as a lane's mask selects nothing */
-        mask fades = !thirds & (panel != 1 ? TRUE_MASK : k <= R(0));
+        mask fades = (panel != 1 ? TRUE_MASK : k <= R(0)) & !thirds;
         mask falls = l->cone & (fades | l->cosine);
         int fades_any = ANY(falls & some);
         mask far = (integral_reach(theta, half_width, peak, pole) >= INTEGRAL_POLE * half_width) | (a < R(1e-3));

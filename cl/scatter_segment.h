@@ -23,8 +23,8 @@
 /* What a walk may cost, in nodes and leaves: to find out that nothing hides the lamp; to find out what is hidden. Half a
  * million thin branches take 235, a bunny 36, slats 12, a room 19. */
 #define PLAN_OPEN_VISITS 24
-#define PLAN_RASTER_VISITS 60
-#define PLAN_RAYS_POSITIONS 4
+#define PLAN_RASTER_VISITS 24
+#define PLAN_RAYS_POSITIONS 2
 
 /* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
  * is chosen among others) by this. */
@@ -78,6 +78,13 @@ FN void wedge_store(const scene *s, const lamp *l, const beam *g, vec d, beam_in
     rows[15].all = (size + reach) * R(0x1p-20f);
 }
 
+/* The surfaces at the ends of the segment touch the wedge without hiding anything. */
+FN wedge wedge_between_ends(wedge w) {
+    w.t0 += w.slack;
+    w.t1 -= w.slack;
+    return w;
+}
+
 /* Lanes to whose segment nothing hides the lamp. */
 FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     lanes_of_ireal in, open;
@@ -85,10 +92,7 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     open.all = I(0);
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
-        /* The surfaces at the ends of the segment touch it without hiding anything. */
-        w.t0 += w.slack;
-        w.t1 -= w.slack;
+        wedge w = wedge_between_ends(wedge_take(rows, k));
         open.one[k] = w.t1 > w.t0 ? wedge_is_empty(&s->geometry, &w) : 0;
     }
     return open.all != I(0);
@@ -103,9 +107,7 @@ FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32
     in.all = live;
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
-        w.t0 += w.slack; /* as in wedge_open, or by rounding the surface at the end is a content */
-        w.t1 -= w.slack;
+        wedge w = wedge_between_ends(wedge_take(rows, k));
         wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_RASTER_VISITS);
         int cheap = c.visits < PLAN_RASTER_VISITS;
         uchar way = cheap ? PLAN_RASTER : PLAN_RAYS;
@@ -314,7 +316,7 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
             for (int part = 0; part < 2; part++) {
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
-                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, plan, lit));
+                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, part ? NULL : plan, lit));
             }
         }
         sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);

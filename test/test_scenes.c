@@ -42,9 +42,14 @@ static brume_render *render_middle(const char *path, uint32_t size, uint32_t sam
 static void every_scene_renders(void **state)
 {
     (void)state;
-    static const char *const paths[] = {"scenes/three-spots.xml", "scenes/one-spot.xml",     "scenes/bunny-fog.xml",
-                                        "scenes/forest.xml",      "scenes/glass-in-fog.xml", "scenes/furnace.xml",
-                                        "scenes/emission-slab.xml"};
+    static const char *const paths[] = {
+        "scenes/three-spots.xml",         "scenes/one-spot.xml",           "scenes/bunny-fog.xml",
+        "scenes/forest.xml",              "scenes/glass-in-fog.xml",       "scenes/furnace.xml",
+        "scenes/emission-slab.xml",       "scenes/ladder/open-beam.xml",   "scenes/ladder/half-hidden.xml",
+        "scenes/ladder/slats.xml",        "scenes/ladder/bunny-beam.xml",  "scenes/ladder/forest-beam.xml",
+        "scenes/ladder/thin-fog.xml",     "scenes/ladder/thick-fog.xml",   "scenes/ladder/forward-fog.xml",
+        "scenes/ladder/three-spots.xml",  "scenes/ladder/area-light.xml",  "scenes/ladder/hundred-spots.xml",
+        "scenes/ladder/soft-lamp.xml",    "scenes/ladder/environment-fog.xml"};
     enum { SIZE = 16 };
     if (!device)
         skip();
