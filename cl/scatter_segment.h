@@ -164,7 +164,9 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     int nulls = HAS(NULL) && s->params->has_null;
     /* The place on a large or near emitter is noise that more points of the segment don't remove. */
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
-    ireal way = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot ? plan_read(plan) : I(PLAN_INTEGRAL);
+    /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c). */
+    int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
+    ireal way = planned ? plan_read(plan) : I(PLAN_INTEGRAL);
     mask controlled = FALSE_MASK;
     if (!nulls) {
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
