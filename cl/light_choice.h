@@ -7,6 +7,7 @@
 #define BRUME_LIGHT_CHOICE_H
 
 #include "beam.h"
+#include "light_tree.h"
 #include "medium.h"
 #include "reservoir.h"
 
@@ -37,16 +38,56 @@ FN real lamp_segment_weight(const lamp *l, vec o, vec d, real t_end, const mediu
     return strength * w;
 }
 
-/* -1 where no lamp reaches the segment. `share`: with what probability it was chosen. */
+/* Of a lamp for a point, as lamp_choose_for_point has it; 0 where nothing reaches. */
+FN real lamp_point_weight(const scene *s, const lamp *l, vec p, vec n, real front, mask in_medium) {
+    lamp_arrival a = lamp_at(s, l, p);
+    real cosine = vdot(a.wi, n);
+    real w = in_medium ? R(1) : lmax(fabs(cosine), R(1e-3));
+    mask reaches = in_medium | (cosine * front > R(0));
+    return reaches ? luminance(a.irradiance) * w : R(0);
+}
+
+FN real lamp_weight(const scene *s, const lamp *l, const light_query *q) {
+    if (q->is_point) return lamp_point_weight(s, l, q->o, q->d, q->front, q->in_medium);
+    return lamp_segment_weight(l, q->o, q->d, q->t_end, q->m);
+}
+
+/* A leaf of the light tree, and of its lamps one. */
+FN ireal lamp_choose_by_tree(const scene *s, const light_query *q, real u, mask live, real *share) {
+    real other = R(0);
+    for (int k = s->params->light_tree_lamps; k < s->params->light_count; k++) {
+        lamp l = lamp_uniform(s, k);
+        real w = lamp_weight(s, &l, q);
+        other = w > R(0) ? fma(w, R(s->params->light_tree_scale), other) : other;
+    }
+    light_leaf leaf = light_tree_descend(s, q, other, &u, live);
+    reservoir r = reservoir_start(u);
+    for (int k = 0; ANY(live & (I(k) < leaf.count)); k++) {
+        mask some = live & (I(k) < leaf.count);
+        ireal i = some ? leaf.first + I(k) : I(0);
+        lamp l = lamp_gather(s, i);
+        reservoir_offer(&r, i, lamp_weight(s, &l, q), some);
+    }
+    *share = leaf.share * reservoir_share(&r);
+    return r.choice;
+}
+
+/* -1 where no lamp reaches the segment, or the tree led to none that does. `share`: with what probability it was
+ * chosen. */
 FN ireal lamp_choose_for_segment(const scene *s, vec o, vec d, real t_end, const medium *m, real u, mask live,
                                  real *share) {
     int count = s->params->light_count;
     *share = R(1);
     if (count == 1) return I(0);
+    light_query q;
+    q.is_point = 0;
+    q.o = o, q.d = d, q.t_end = t_end, q.m = m;
+    q.front = R(1), q.in_medium = FALSE_MASK;
+    if (HAS(MANY_LIGHTS) && s->params->light_tree_nodes > 0) return lamp_choose_by_tree(s, &q, u, live, share);
     reservoir r = reservoir_start(u);
     for (int k = 0; k < count; k++) {
         lamp l = lamp_uniform(s, k);
-        reservoir_offer(&r, I(k), lamp_segment_weight(&l, o, d, t_end, m), live);
+        reservoir_offer(&r, I(k), lamp_weight(s, &l, &q), live);
     }
     *share = reservoir_share(&r);
     return r.choice;
@@ -56,15 +97,16 @@ FN ireal lamp_choose_for_segment(const scene *s, vec o, vec d, real t_end, const
  * only reflects, and a lamp on the other side gives it nothing. n of length 0: a point in a medium. */
 FN ireal lamp_choose_for_point(const scene *s, vec p, vec n, real front, mask in_medium, real u, mask live,
                                real *share) {
+    light_query q;
+    q.is_point = 1;
+    q.o = p, q.d = n, q.t_end = R(0), q.m = 0;
+    q.front = front, q.in_medium = in_medium;
+    if (HAS(MANY_LIGHTS) && s->params->light_tree_nodes > 0) return lamp_choose_by_tree(s, &q, u, live, share);
     reservoir r = reservoir_start(u);
     int count = s->params->light_count;
     for (int k = 0; k < count; k++) {
         lamp l = lamp_uniform(s, k);
-        lamp_arrival a = lamp_at(s, &l, p);
-        real cosine = vdot(a.wi, n);
-        mask reaches = live & (in_medium | (cosine * front > R(0)));
-        real w = in_medium ? R(1) : lmax(fabs(cosine), R(1e-3));
-        reservoir_offer(&r, I(k), luminance(a.irradiance) * w, reaches);
+        reservoir_offer(&r, I(k), lamp_weight(s, &l, &q), live);
     }
     *share = reservoir_share(&r);
     return r.choice;

@@ -31,6 +31,7 @@ typedef struct {
     __global const b_light *lights;
     __global const b_emitter *emitters;
     __global const float *cdf, *filter;
+    __global const b_light_node *light_tree;
 } scene;
 
 /* The first parameters of every kernel that reads the scene; lib/render.c sets them in this order. */
@@ -40,7 +41,8 @@ typedef struct {
         __global const float *positions, __global const float *normals, __global const float *uvs,                  \
         __global const b_shape *shapes, __global const b_bsdf *bsdfs, __global const b_texture *textures,           \
         __global const float *texels, __global const b_medium *media, __global const b_light *lights,               \
-        __global const b_emitter *emitters, __global const float *cdf, __global const float *filter
+        __global const b_emitter *emitters, __global const float *cdf, __global const float *filter,   \
+        __global const b_light_node *light_tree
 
 #define SCENE_FROM_PARAMETERS(s)                \
     scene s;                                    \
@@ -62,7 +64,8 @@ typedef struct {
     s.lights = lights;                          \
     s.emitters = emitters;                      \
     s.cdf = cdf;                                \
-    s.filter = filter
+    s.filter = filter;                          \
+    s.light_tree = light_tree
 
 /* Farther than anything in a scene, near enough that its square is finite in float. */
 #define FAR_AWAY R(1e18)

@@ -30,7 +30,8 @@ typedef uint32_t b_uint;
 #define FEATURE_SPECULAR 64    /* any BSDF besides diffuse and null */
 #define FEATURE_TEXTURES 128
 #define FEATURE_GUIDES 256     /* first-hit albedo, normal and depth are recorded */
-#define FEATURE_ALL 511
+#define FEATURE_MANY_LIGHTS 512 /* a light tree */
+#define FEATURE_ALL 1023
 
 /* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
 #define STRATEGY_AUTO 0
@@ -189,6 +190,19 @@ typedef struct {
 } b_light;
 SIZE_IS(b_light, 96);
 
+/* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. A node has
+ * four children, clusters of lamps, as rows; unused ones have flux 0. child >= 0 is a node; child < 0 is a leaf of
+ * code % LIGHT_LEAF_MOST + 1 lamps from lamp code / LIGHT_LEAF_MOST on, where code = ~child. */
+#define LIGHT_LEAF_MOST 8
+typedef struct {
+    float x[4], y[4], z[4], radius[4];          /* the lamps stand within `radius` of the place */
+    float axis_x[4], axis_y[4], axis_z[4];      /* unit: they shine within an angle of the axis, */
+    float versine[4];                           /* 1 - cos of it, 2 for everywhere */
+    float flux[4];                              /* luminance of intensity times solid angle; of all lamps: 1 */
+    int child[4];
+} b_light_node;
+SIZE_IS(b_light_node, 160);
+
 #define EMITTER_TRIANGLE 0
 #define EMITTER_SPHERE 1
 #define EMITTER_DISK 2
@@ -256,7 +270,9 @@ typedef struct {
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
 
     int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
-    int pad[3];
+    int light_tree_nodes;        /* 0: lamps are few, and all are looked at */
+    int light_tree_lamps;        /* the first ones, which the tree has */
+    float light_tree_scale;      /* 1 / luminous flux of those */
 } b_params;
 SIZE_IS(b_params, 304);
 

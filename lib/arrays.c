@@ -17,6 +17,7 @@ PIN(b_bsdf, 80);
 PIN(b_texture, 80);
 PIN(b_medium, 48);
 PIN(b_light, 96);
+PIN(b_light_node, 160);
 PIN(b_emitter, 16);
 PIN(b_params, 304);
 
@@ -148,5 +149,6 @@ void brume_arrays_free(brume_arrays *arrays) {
     free(arrays->emitters);
     free(arrays->cdf);
     free(arrays->filter);
+    brume_light_tree_free(&arrays->light_tree);
     memset(arrays, 0, sizeof *arrays);
 }

@@ -1,0 +1,329 @@
+/* light_tree.c -- the tree over lamps (Conty Estevez & Kulla 2018, "Importance sampling of many lights with adaptive
+ * tree splitting"): clusters of lamps that are close to each other and shine the same way.
+ *
+ * A node's set of lamps is split in two, then the costlier half again, until there are four. Splits are binned as in
+ * lib/bvh_split.c, along the three coordinates of the place and the three of the axis: among narrow spots that hang side
+ * by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are taken without looking, which
+ * bounds the depth and the recursion. One thread, no hashing: the same lamps give the same tree.
+ */
+#include "light_tree.h"
+
+#include <float.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "affine.h"
+
+#define PI 3.14159265358979323846
+
+enum { BINS = 16, AXES = 6, DEPTH_BINNED = 40 };
+
+/* All that lamps of a set do: they stand in the box and shine within the cone. */
+typedef struct {
+    double lo[3], hi[3], axis[3], spread, flux;
+    uint32_t count;
+} cluster;
+
+typedef struct {
+    double key[AXES]; /* place, axis */
+    double cutoff, flux;
+    uint32_t light;
+} lamp;
+
+typedef struct {
+    lamp *lamps;
+    b_light_node *nodes;
+    uint32_t node_count, capacity;
+    double flux, reach;
+} builder;
+
+/* What lies in front of a lamp: it sends this solid angle times its intensity along the axis. */
+static double solid_angle(const b_light *light) {
+    double c = light->cutoff, b = light->beam < light->cutoff ? light->beam : light->cutoff;
+    if (light->kind == LIGHT_POINT) return 4 * PI;
+    /* 1 - cos b, and the integral of (c - x) / (c - b) sin x from b to c; straight between them where that has no
+     * digits */
+    double s = sin(b / 2);
+    if (c - b < 1e-4 * c) return 4 * PI * s * s;
+    return 2 * PI * (1 + (sin(b) - sin(c)) / (c - b));
+}
+
+static double angle_between(const double a[3], const double b[3]) {
+    double off[3], sum[3];
+    for (int i = 0; i < 3; i++) off[i] = a[i] - b[i], sum[i] = a[i] + b[i];
+    return 2 * atan2(sqrt(brume_dot(off, off)), sqrt(brume_dot(sum, sum)));
+}
+
+static cluster of_lamp(const lamp *l) {
+    cluster c;
+    memcpy(c.lo, l->key, sizeof c.lo);
+    memcpy(c.hi, l->key, sizeof c.hi);
+    memcpy(c.axis, l->key + 3, sizeof c.axis);
+    c.spread = l->cutoff;
+    c.flux = l->flux;
+    c.count = 1;
+    return c;
+}
+
+/* The narrowest cone around both (Conty Estevez & Kulla 2018, listing 1). */
+static void join_cones(cluster *a, const cluster *b) {
+    const cluster *wide = a->spread >= b->spread ? a : b, *narrow = wide == a ? b : a;
+    double between = angle_between(wide->axis, narrow->axis), axis[3];
+    if (wide->spread >= PI || between + narrow->spread <= wide->spread) {
+        memcpy(axis, wide->axis, sizeof axis);
+        a->spread = wide->spread;
+    } else {
+        double spread = 0.5 * (wide->spread + between + narrow->spread), turn = spread - wide->spread;
+        /* Opposite axes leave the direction to turn open; any will do, as the whole sphere is near. */
+        double along = sin(between) > 1e-9 ? sin(turn) / sin(between) : 0;
+        for (int i = 0; i < 3; i++)
+            axis[i] = (cos(turn) - along * cos(between)) * wide->axis[i] + along * narrow->axis[i];
+        if (!(brume_normalize(axis) > 0) || sin(between) <= 1e-9) spread = PI;
+        a->spread = fmin(spread, PI);
+    }
+    memcpy(a->axis, axis, sizeof axis);
+}
+
+static void join(cluster *a, const cluster *b) {
+    if (b->count == 0) return;
+    if (a->count == 0) {
+        *a = *b;
+        return;
+    }
+    for (int i = 0; i < 3; i++) {
+        a->lo[i] = fmin(a->lo[i], b->lo[i]);
+        a->hi[i] = fmax(a->hi[i], b->hi[i]);
+    }
+    join_cones(a, b);
+    a->flux += b->flux;
+    a->count += b->count;
+}
+
+static double cost(const builder *b, const cluster *c) {
+    double diagonal = 0, s = sin(fmin(c->spread, PI) / 2);
+    for (int i = 0; i < 3; i++) diagonal += pow(c->hi[i] - c->lo[i], 2);
+    const char *e = getenv("TREE_COST");
+    double L = e ? atof(e) : 0.2;
+    double half = sqrt(diagonal) / 2;
+    if (L < 0) return c->flux * (diagonal + 1e-6 * b->reach * b->reach) * s * s;
+    return c->flux * (half + L * b->reach * 2 * s);
+}
+
+static cluster of_lamps(const builder *b, uint32_t first, uint32_t count) {
+    cluster c = {.count = 0};
+    for (uint32_t i = first; i < first + count; i++) {
+        cluster one = of_lamp(&b->lamps[i]);
+        join(&c, &one);
+    }
+    return c;
+}
+
+/* ---- splits ------------------------------------------------------------------------------------------------------ */
+
+typedef struct {
+    double origin[AXES], scale[AXES]; /* scale 0: all are equal */
+} binning;
+
+static int bin_of(const binning *b, const lamp *l, int axis) {
+    int bin = (int)((l->key[axis] - b->origin[axis]) * b->scale[axis]);
+    return bin < BINS - 1 ? bin : BINS - 1;
+}
+
+static binning bins_of(const builder *b, uint32_t first, uint32_t count) {
+    binning bins;
+    for (int a = 0; a < AXES; a++) {
+        double low = INFINITY, high = -INFINITY;
+        for (uint32_t i = first; i < first + count; i++) {
+            low = fmin(low, b->lamps[i].key[a]);
+            high = fmax(high, b->lamps[i].key[a]);
+        }
+        double scale = BINS * 0.999999 / (high - low);
+        bins.origin[a] = low;
+        bins.scale[a] = high > low && scale <= DBL_MAX ? scale : 0;
+    }
+    return bins;
+}
+
+/* How many of the lamps, sorted so that they come first, go to the left half; in the middle where nothing parts them. */
+static uint32_t split(builder *b, uint32_t first, uint32_t count, uint32_t depth) {
+    binning bins = bins_of(b, first, count);
+    double best = INFINITY;
+    int best_axis = -1, best_bin = 0;
+    for (int a = 0; a < AXES && depth < DEPTH_BINNED; a++) {
+        cluster bin[BINS], left = {.count = 0}, right[BINS];
+        if (bins.scale[a] == 0) continue;
+        memset(bin, 0, sizeof bin);
+        for (uint32_t i = first; i < first + count; i++) {
+            cluster one = of_lamp(&b->lamps[i]);
+            join(&bin[bin_of(&bins, &b->lamps[i], a)], &one);
+        }
+        right[BINS - 1] = bin[BINS - 1];
+        for (int k = BINS - 2; k > 0; k--) {
+            right[k] = right[k + 1];
+            join(&right[k], &bin[k]);
+        }
+        for (int k = 0; k < BINS - 1; k++) {
+            join(&left, &bin[k]);
+            if (left.count == 0 || left.count == count) continue;
+            double sum = cost(b, &left) + cost(b, &right[k + 1]);
+            if (sum < best) best = sum, best_axis = a, best_bin = k;
+        }
+    }
+    if (best_axis < 0) return count / 2;
+    uint32_t i = first, j = first + count;
+    while (i < j) {
+        if (bin_of(&bins, &b->lamps[i], best_axis) <= best_bin) {
+            i++;
+        } else {
+            lamp t = b->lamps[i];
+            b->lamps[i] = b->lamps[--j];
+            b->lamps[j] = t;
+        }
+    }
+    return i - first;
+}
+
+/* ---- nodes ------------------------------------------------------------------------------------------------------- */
+
+/* Around the lamps as kernels see them, and no tighter than float's rounding of the node's own numbers. */
+static void store_child(const builder *b, b_light_node *node, int k, uint32_t first, const cluster *c) {
+    double radius = 0, spread = 0, extent = 0;
+    float center[3], axis[3];
+    for (int i = 0; i < 3; i++) {
+        center[i] = (float)(0.5 * (c->lo[i] + c->hi[i]));
+        axis[i] = (float)c->axis[i];
+    }
+    for (uint32_t i = first; i < first + c->count; i++) {
+        const lamp *l = &b->lamps[i];
+        double off[3], unit[3] = {axis[0], axis[1], axis[2]};
+        for (int a = 0; a < 3; a++) {
+            off[a] = l->key[a] - center[a];
+            extent = fmax(extent, fabs(l->key[a]));
+        }
+        radius = fmax(radius, sqrt(brume_dot(off, off)));
+        brume_normalize(unit);
+        spread = fmax(spread, angle_between(unit, l->key + 3) + l->cutoff);
+    }
+    spread = fmin(spread * 1.000001 + 1e-6, PI);
+    double s = sin(spread / 2);
+    node->x[k] = center[0], node->y[k] = center[1], node->z[k] = center[2];
+    node->axis_x[k] = axis[0], node->axis_y[k] = axis[1], node->axis_z[k] = axis[2];
+    node->radius[k] = (float)(radius * 1.000001 + extent * 0x1p-20);
+    node->versine[k] = (float)fmin(2 * s * s * 1.000001, 2);
+    node->flux[k] = (float)(c->flux / b->flux);
+    /* Lamps of which one alone is nothing to float can be something together, or to a ray close by. */
+    if (c->flux > 0) node->flux[k] = fmaxf(node->flux[k], 1e-30f);
+}
+
+static int leaf_most(void) { const char *e = getenv("TREE_LEAF"); return e ? atoi(e) : LIGHT_LEAF_MOST; }
+
+/* Returns the node's number, or -1 where memory is short. */
+static int build_node(builder *b, uint32_t first, uint32_t count, uint32_t depth) {
+    uint32_t firsts[4] = {first, 0, 0, 0}, counts[4] = {count, 0, 0, 0}, used = 1;
+    cluster parts[4];
+    parts[0] = of_lamps(b, first, count);
+    while (used < 4) {
+        int widest = -1;
+        for (uint32_t k = 0; k < used; k++)
+            if (counts[k] > (uint32_t)leaf_most() && (widest < 0 || cost(b, &parts[k]) > cost(b, &parts[widest])))
+                widest = (int)k;
+        if (widest < 0) break;
+        uint32_t left = split(b, firsts[widest], counts[widest], depth);
+        firsts[used] = firsts[widest] + left;
+        counts[used] = counts[widest] - left;
+        counts[widest] = left;
+        parts[widest] = of_lamps(b, firsts[widest], left);
+        parts[used] = of_lamps(b, firsts[used], counts[used]);
+        used++;
+    }
+    if (b->node_count == b->capacity) {
+        b_light_node *more = realloc(b->nodes, 2 * (size_t)b->capacity * sizeof *more);
+        if (!more) return -1;
+        b->nodes = more;
+        b->capacity *= 2;
+    }
+    uint32_t at = b->node_count++;
+    memset(&b->nodes[at], 0, sizeof b->nodes[at]);
+    for (uint32_t k = 0; k < used; k++) {
+        store_child(b, &b->nodes[at], (int)k, firsts[k], &parts[k]);
+        int child = ~(int)(firsts[k] * LIGHT_LEAF_MOST + counts[k] - 1);
+        if (counts[k] > (uint32_t)leaf_most() && (child = build_node(b, firsts[k], counts[k], depth + 1)) < 0) return -1;
+        b->nodes[at].child[k] = child;
+    }
+    return (int)at;
+}
+
+/* `placed` lamps of `lights`, those without a place left out. */
+static void take_lamps(builder *b, const b_light *lights, uint32_t count) {
+    uint32_t n = 0;
+    double lo[3] = {INFINITY, INFINITY, INFINITY}, hi[3] = {-INFINITY, -INFINITY, -INFINITY};
+    for (uint32_t i = 0; i < count; i++) {
+        const b_light *light = &lights[i];
+        if (light->kind == LIGHT_DIRECTIONAL) continue;
+        lamp *l = &b->lamps[n++];
+        double axis[3] = {light->axis[0], light->axis[1], light->axis[2]};
+        if (light->kind == LIGHT_POINT || !(brume_normalize(axis) > 0)) axis[0] = axis[1] = 0, axis[2] = 1;
+        for (int a = 0; a < 3; a++) {
+            l->key[a] = light->position[a];
+            l->key[3 + a] = axis[a];
+            lo[a] = fmin(lo[a], l->key[a]);
+            hi[a] = fmax(hi[a], l->key[a]);
+        }
+        double luminance = 0.2126 * light->intensity[0] + 0.7152 * light->intensity[1] + 0.0722 * light->intensity[2];
+        l->cutoff = light->kind == LIGHT_POINT ? PI : light->cutoff;
+        l->flux = luminance * solid_angle(light);
+        l->light = i;
+        b->flux += l->flux;
+    }
+    for (int a = 0; a < 3; a++) b->reach = fmax(b->reach, hi[a] - lo[a]);
+    if (!(b->flux > 0)) b->flux = 1;
+}
+
+/* Those of the tree in its order, then the others in theirs. */
+static void sort_lights(const lamp *lamps, uint32_t placed, b_light *lights, uint32_t count, b_light *sorted) {
+    for (uint32_t i = 0; i < placed; i++) sorted[i] = lights[lamps[i].light];
+    for (uint32_t i = 0, n = placed; i < count; i++)
+        if (lights[i].kind == LIGHT_DIRECTIONAL) sorted[n++] = lights[i];
+    memcpy(lights, sorted, count * sizeof *lights);
+}
+
+brume_result brume_light_tree_build(brume_context *context, b_light *lights, uint32_t count, brume_light_tree *out) {
+    builder b = {.capacity = 16 + count / 4};
+    uint32_t placed = 0;
+    memset(out, 0, sizeof *out);
+    for (uint32_t i = 0; i < count; i++) placed += lights[i].kind != LIGHT_DIRECTIONAL;
+    if (placed == 0) return BRUME_OK;
+    if (placed > INT32_MAX / LIGHT_LEAF_MOST)
+        return brume_fail(context, BRUME_ERROR_SCENE, "%u lamps are more than a tree can hold", (unsigned)placed);
+    b.lamps = malloc(placed * sizeof *b.lamps);
+    b.nodes = malloc(b.capacity * sizeof *b.nodes);
+    b_light *sorted = malloc(count * sizeof *sorted);
+    int root = -1;
+    if (b.lamps && b.nodes && sorted) {
+        take_lamps(&b, lights, count);
+        root = build_node(&b, 0, placed, 0);
+    }
+    if (root == 0) {
+        sort_lights(b.lamps, placed, lights, count, sorted);
+        out->nodes = b.nodes;
+        out->node_count = b.node_count;
+        out->placed = placed;
+        out->flux = b.flux;
+    } else {
+        free(b.nodes);
+    }
+    free(b.lamps);
+    free(sorted);
+    return root == 0 ? BRUME_OK
+                     : brume_fail(context, BRUME_ERROR_MEMORY, "no memory for the tree of %u lamps", (unsigned)placed);
+}
+
+float brume_light_tree_scale(const brume_light_tree *tree) {
+    return (float)fmin(fmax(1 / tree->flux, 1e-30), 1e30);
+}
+
+void brume_light_tree_free(brume_light_tree *tree) {
+    free(tree->nodes);
+    memset(tree, 0, sizeof *tree);
+}
