@@ -19,28 +19,21 @@
 #include "reservoir.h"
 
 /* As RESERVOIR_EVEN_SHARE, at each node: among its clusters that reach. */
-#ifndef LIGHT_TREE_EVEN_SHARE
-#define LIGHT_TREE_EVEN_SHARE R(0.05)
-#endif
-
-#ifndef LIGHT_TREE_PASSES
-#define LIGHT_TREE_PASSES 2
-#endif
+#define LIGHT_TREE_EVEN_SHARE ((real1)0.05)
 
 typedef struct {
     vec center, axis;
     real radius, versine, flux;
 } light_cluster;
 
-FN light_cluster light_cluster_of(const scene *s, ireal node, int k) {
+/* LANES clusters of a block. */
+FN light_cluster light_cluster_load(__global const b_light_block *block, int j) {
     light_cluster c;
-    c.center = vmake(GATHER(s->light_tree, x[k], node), GATHER(s->light_tree, y[k], node),
-                     GATHER(s->light_tree, z[k], node));
-    c.axis = vmake(GATHER(s->light_tree, axis_x[k], node), GATHER(s->light_tree, axis_y[k], node),
-                   GATHER(s->light_tree, axis_z[k], node));
-    c.radius = GATHER(s->light_tree, radius[k], node);
-    c.versine = GATHER(s->light_tree, versine[k], node);
-    c.flux = GATHER(s->light_tree, flux[k], node);
+    c.center = vmake(load_lanes(block->x + j), load_lanes(block->y + j), load_lanes(block->z + j));
+    c.axis = vmake(load_lanes(block->axis_x + j), load_lanes(block->axis_y + j), load_lanes(block->axis_z + j));
+    c.radius = load_lanes(block->radius + j);
+    c.versine = load_lanes(block->versine + j);
+    c.flux = load_lanes(block->flux + j);
     return c;
 }
 
@@ -64,150 +57,228 @@ FN real light_weight_held(real w) {
     return some ? lmin(w, R(1e36)) : R(1e-36);
 }
 
-/* What a cluster would scatter to the eye from the segment o + t d, t in [0, t_end], as a share of all lamps' flux. */
-FN real light_cluster_segment(const light_cluster *c, vec o, vec d, real t_end, real sigma, real phase_g, real slack) {
+/* A segment o + t d, t in [0, t_end], as a cluster sees it, and the piece t0 ... t1 of it that the cluster's cone holds, t
+ * from the closest point on. */
+typedef struct {
+    real delta, D2, radius, versine, t0, t1;
+    mask reached;
+} light_piece;
+
+FN light_piece light_cluster_piece(const light_cluster *c, vec o, vec d, real t_end, real slack, const int passes) {
+    light_piece p;
     vec w = vsub(c->center, o);
-    real delta = vdot(w, d);
-    vec e = vmad(d, -delta, w);
+    p.delta = vdot(w, d);
+    vec e = vmad(d, -p.delta, w);
     real again = vdot(e, d);
     e = vmad(d, -again, e);
-    delta = delta + again;
-    real D2 = vdot(e, e), D = sqrt(D2), radius = c->radius + slack, per_D = R(1) / lmax(D, R(1e-18));
+    p.delta = p.delta + again;
+    p.D2 = vdot(e, e);
+    p.radius = c->radius + slack;
+    real D = sqrt(p.D2), per_D = R(1) / lmax(D, R(1e-18));
     /* The axis along the way from the centre to the closest point, along the ray, and across both. */
-    real along_n = -vdot(c->axis, e) * per_D, along_d = vdot(c->axis, d), across = vdot(c->axis, vcross(e, d)) * per_D;
-    real rho = sqrt(square(along_n) + square(along_d)), out_of_plane = square(across) / (R(1) + rho);
-    real t0 = -delta, t1 = t_end - delta, versine = R(2);
-    mask reached = (c->flux > R(0)) & (t_end > R(0)), planar = D > radius * R(0x1p-10f) + slack;
-    for (int pass = 0; pass < LIGHT_TREE_PASSES; pass++) {
-        versine = light_cluster_versine(c, radius, sqrt(fma(lclamp(R(0), t0, t1), lclamp(R(0), t0, t1), D2)));
-        mask cuts = planar & (versine < R(1));
-        real cosine = R(1) - versine, room = versine - out_of_plane, q = sqrt(lmax(room, R(0)) * (rho + cosine));
+    vec across = vmake(e.y * d.z - e.z * d.y, e.z * d.x - e.x * d.z, e.x * d.y - e.y * d.x);
+    real along_n = -vdot(c->axis, e) * per_D, along_d = vdot(c->axis, d), off = vdot(c->axis, across) * per_D;
+    real rho = sqrt(square(along_n) + square(along_d)), out_of_plane = square(off) / (R(1) + rho);
+    p.t0 = -p.delta;
+    p.t1 = t_end - p.delta;
+    p.reached = (c->flux > R(0)) & (t_end > R(0));
+    /* Too close to the line, they span no plane that rounding leaves alone. */
+    mask planar = D > p.radius * R(0x1p-10f) + slack;
+    for (int pass = 0; pass < passes; pass++) {
+        p.versine = light_cluster_versine(c, p.radius, sqrt(p.D2 + square(lclamp(R(0), p.t0, p.t1))));
+        mask cuts = planar & (p.versine < R(1));
+        real cosine = R(1) - p.versine, room = p.versine - out_of_plane, q = sqrt(lmax(room, R(0)) * (rho + cosine));
         real cos0 = along_n * cosine + along_d * q, sin0 = along_d * cosine - along_n * q;
         real cos1 = along_n * cosine - along_d * q, sin1 = along_d * cosine + along_n * q;
         real low = cos0 > R(0) ? D * sin0 / lmax(cos0, R(1e-18)) : R(-1e18);
         real high = cos1 > R(0) ? D * sin1 / lmax(cos1, R(1e-18)) : R(1e18);
-        mask misses = (room < R(0)) | ((cos0 <= R(0)) & (cos1 <= R(0)) & (along_n <= R(0))) | (low > t1) | (high < t0);
-        reached = reached & !(cuts & misses);
-        t0 = cuts ? lmax(low, t0) : t0;
-        t1 = cuts ? lmax(lmin(high, t1), t0) : t1;
+        mask behind = (cos0 <= R(0)) & (cos1 <= R(0)) & (along_n <= R(0));
+        mask misses = (room < R(0)) | behind | (low > p.t1) | (high < p.t0);
+        p.reached = p.reached & !(cuts & misses);
+        p.t0 = cuts ? lmax(low, p.t0) : p.t0;
+        p.t1 = cuts ? lmax(lmin(high, p.t1), p.t0) : p.t1;
     }
-    real S2 = D2 + R(0.5) * square(radius), S = lmax(sqrt(S2), R(1e-18));
-    real r0 = sqrt(fma(t0, t0, S2)), r1 = sqrt(fma(t1, t1, S2));
-    real width = latan2(S * (t1 - t0), fma(t0, t1, S2)) / S;
-    real t = (t0 * r1 + t1 * r0) / (r0 + r1), r = sqrt(fma(t, t, S2));
+    return p;
+}
+
+/* What a cluster would scatter to the eye, as a share of all lamps' flux. */
+FN real light_cluster_segment(const light_cluster *c, vec o, vec d, real t_end, real sigma, real phase_g, real slack) {
+    light_piece p = light_cluster_piece(c, o, d, t_end, slack, 2);
+    real S2 = p.D2 + R(0.5) * square(p.radius), S = lmax(sqrt(S2), R(1e-18));
+    real r0 = sqrt(fma(p.t0, p.t0, S2)), r1 = sqrt(fma(p.t1, p.t1, S2));
+    real width = latan2(S * (p.t1 - p.t0), fma(p.t0, p.t1, S2)) / S;
+    /* The middle of the angle. */
+    real t = (p.t0 * r1 + p.t1 * r0) / (r0 + r1), r = sqrt(fma(t, t, S2));
     real s = phase_g < R(0) ? -t / r : t / r;
     real turn = s > R(0) ? R(1) + s : S2 / (r * r * (R(1) - s));
     /* The mean over the cluster's depth: exp(radius) / (2 radius) where that is large. */
-    real through = lexp(-sigma * lmax(delta + t + r - radius, R(0))) / fma(R(2) * sigma, radius, R(1));
+    real through = lexp(-sigma * lmax(p.delta + t + r - p.radius, R(0))) / fma(R(2) * sigma, p.radius, R(1));
     real f = lmax(hg_density(turn, fabs(phase_g)) * through, R(1e-12));
-    real weight = c->flux / versine * width * f;
-    return reached ? light_weight_held(weight) : R(0);
+    return p.reached ? light_weight_held(c->flux / p.versine * width * f) : R(0);
 }
 
-/* What a cluster would bring to p, on the side of normal n that `front` says, or of any in a medium. */
-FN real light_cluster_point(const light_cluster *c, vec p, vec n, real front, mask in_medium, real slack) {
+/* Whether a cluster reaches p from the side of normal n that `front` says, or from any in a medium. *versine: of the cone
+ * that holds its light; *most: a bound of the cosine that it arrives at. */
+FN mask light_cluster_reaches(const light_cluster *c, vec p, vec n, real front, mask in_medium, real slack,
+                              real *d2, real *versine, real *most) {
     vec w = vsub(p, c->center);
-    real d2 = vdot(w, w), distance = sqrt(d2), radius = c->radius + slack;
-    vec out = vscale(w, R(1) / lmax(distance, R(1e-18)));
-    real versine = light_cluster_versine(c, radius, distance);
-    vec off = vsub(out, c->axis);
-    mask reached = (c->flux > R(0)) & ((versine >= R(2)) | (R(0.5) * vdot(off, off) <= versine));
-    /* The largest cosine that a lamp of the cluster can arrive at. */
+    *d2 = vdot(w, w);
+    real distance = sqrt(*d2), radius = c->radius + slack;
+    vec out = vscale(w, R(1) / lmax(distance, R(1e-18))), off = vsub(out, c->axis);
+    *versine = light_cluster_versine(c, radius, distance);
+    mask lit = (c->flux > R(0)) & ((*versine >= R(2)) | (R(0.5) * vdot(off, off) <= *versine));
     real cosine = vdot(out, n);
     cosine = front > R(0) ? -cosine : cosine;
     real sine = lmin(radius / lmax(distance, R(1e-30)), R(1)), aside = sqrt((R(1) - sine) * (R(1) + sine));
-    real most = fma(cosine, aside, sqrt(lmax(R(1) - square(cosine), R(0))) * sine);
-    most = cosine >= aside ? R(1) : most;
-    reached = reached & (in_medium | (most > R(-1e-5)) | (sine >= R(1)));
-    mask any = in_medium | (sine >= R(1));
-    most = any ? R(1) : lmax(most, R(1e-3));
-    real weight = c->flux / versine * most / lmax(d2 + R(0.5) * square(radius), R(1e-30));
+    real bound = fma(cosine, aside, sqrt(lmax(R(1) - square(cosine), R(0))) * sine);
+    mask any = in_medium | (sine >= R(1)) | (cosine >= aside);
+    *most = any ? R(1) : bound;
+    return lit & (*most > R(-1e-5));
+}
+
+/* What a cluster would bring to p. */
+FN real light_cluster_point(const light_cluster *c, vec p, vec n, real front, mask in_medium, real slack) {
+    real d2, versine, most;
+    mask reached = light_cluster_reaches(c, p, n, front, in_medium, slack, &d2, &versine, &most);
+    real weight = c->flux / versine * lmax(most, R(1e-3)) / lmax(d2 + R(0.5) * square(c->radius), R(1e-30));
     return reached ? light_weight_held(weight) : R(0);
 }
 
-/* Of four weights one, by what is left of u; -1 where all are 0. *share: its probability. */
-FN ireal light_tree_pick(const real *weight, real *u, real *share) {
-    real total = R(0), count = R(0);
-    for (int k = 0; k < 4; k++) {
-        total = total + weight[k];
-        count = weight[k] > R(0) ? count + R(1) : count;
-    }
-    real even = LIGHT_TREE_EVEN_SHARE / lmax(count, R(1));
-    real per_total = (R(1) - LIGHT_TREE_EVEN_SHARE) / lmax(total, R(1e-37));
-    real sum = R(0), from = R(0);
-    ireal choice = I(-1);
-    *share = R(1);
-    for (int k = 0; k < 4; k++) {
-        mask some = weight[k] > R(0), take = some & (*u >= sum);
-        real p = fma(weight[k], per_total, even);
-        from = take ? sum : from;
-        *share = take ? p : *share;
-        choice = take ? I(k) : choice;
-        sum = some ? sum + p : sum;
-    }
-    *u = lclamp((*u - from) / *share, R(0), R(0.99999994));
-    return choice;
-}
+/* ---- one lane alone ---------------------------------------------------------------------------------------------- */
 
 /* What a lamp is chosen for: a segment of a ray through a medium, or a point. */
 typedef struct {
-    int is_point;      /* the same for all lanes */
-    vec o, d;          /* segment: origin, direction; point: itself, normal */
-    real t_end;        /* segment */
-    const medium *m;   /* segment */
-    real front;        /* point: the side of the normal from which light counts, 1 or -1 */
-    mask in_medium;    /* point: light counts from all sides */
+    int is_point;        /* the same for all lanes */
+    vec o, d;            /* segment: origin, direction; point: itself, normal */
+    real t_end;          /* segment */
+    const medium *m;     /* segment */
+    real front;          /* point: the side of the normal from which light counts, 1 or -1 */
+    mask in_medium;      /* point: light counts from all sides */
 } light_query;
 
-FN real light_cluster_weight(const light_cluster *c, const light_query *q, real sigma, real slack) {
-    if (q->is_point) return light_cluster_point(c, q->o, q->d, q->front, q->in_medium, slack);
-    return light_cluster_segment(c, q->o, q->d, q->t_end, sigma, q->m->g, slack);
+/* A query's numbers for clusters; lane by lane in memory, or one lane's in all. */
+typedef struct {
+    vec o, d;
+    real t_end, sigma, g; /* point: front; -; 1 in a medium */
+} light_ask;
+
+typedef union { light_ask all; lanes_of_real row[9]; } light_asks;
+
+FN light_asks light_asks_of(const light_query *q) {
+    light_asks a;
+    a.all.o = q->o, a.all.d = q->d;
+    a.all.t_end = q->is_point ? q->front : q->t_end;
+    a.all.sigma = q->is_point ? R(0) : cmean(q->m->sigma_t);
+    a.all.g = q->is_point ? (q->in_medium ? R(1) : R(0)) : q->m->g;
+    return a;
 }
 
-/* `count` lamps from `first` on; 0 where none was found to reach. */
+FN light_ask light_ask_take(const light_asks *a, int k) {
+    light_ask b;
+    b.o = vmake(R(a->row[0].one[k]), R(a->row[1].one[k]), R(a->row[2].one[k]));
+    b.d = vmake(R(a->row[3].one[k]), R(a->row[4].one[k]), R(a->row[5].one[k]));
+    b.t_end = R(a->row[6].one[k]);
+    b.sigma = R(a->row[7].one[k]);
+    b.g = R(a->row[8].one[k]);
+    return b;
+}
+
+FN real light_cluster_weight(const light_cluster *c, const light_ask *a, const int is_point) {
+    real slack = light_slack(a->o);
+    if (is_point) return light_cluster_point(c, a->o, a->d, a->t_end, a->g > R(0), slack);
+    return light_cluster_segment(c, a->o, a->d, a->t_end, a->sigma, a->g, slack);
+}
+
+/* Of a block's clusters. */
+typedef union { real all[LIGHT_BLOCK / LANES]; real1 one[LIGHT_BLOCK]; } light_weights;
+
+FN light_weights light_block_weights(__global const b_light_block *block, const light_ask *a, const int is_point) {
+    light_weights w;
+    for (int j = 0; j < LIGHT_BLOCK / LANES; j++) {
+        light_cluster c = light_cluster_load(block, j * LANES);
+        w.all[j] = light_cluster_weight(&c, a, is_point);
+    }
+    return w;
+}
+
+/* One bit for each lamp of a leaf's block that reaches. */
+FN uint light_block_reaches(__global const b_light_block *block, const light_ask *a, const int is_point) {
+    real slack = light_slack(a->o);
+    uint bits = 0;
+    for (int j = 0; j < LIGHT_BLOCK / LANES; j++) {
+        light_cluster c = light_cluster_load(block, j * LANES);
+        mask reached;
+        if (is_point) {
+            real d2, versine, most;
+            reached = light_cluster_reaches(&c, a->o, a->d, a->t_end, a->g > R(0), slack, &d2, &versine, &most);
+        } else {
+            reached = light_cluster_piece(&c, a->o, a->d, a->t_end, slack, 1).reached;
+        }
+        if (ANY(reached)) bits |= mask_bits(reached) << (j * LANES);
+    }
+    return bits;
+}
+
+/* Of the weights one, by what is left of u; -1 where all are 0. *share: its probability. */
+FN int light_pick(const light_weights *w, real1 *u, real1 *share) {
+    real1 total = 0, count = 0, sum = 0, from = 0;
+    for (int k = 0; k < LIGHT_BLOCK; k++) {
+        total += w->one[k];
+        count += w->one[k] > 0 ? 1 : 0;
+    }
+    int choice = -1;
+    *share = 1;
+    if (!(total > 0)) return choice;
+    real1 even = LIGHT_TREE_EVEN_SHARE / count, per_total = (1 - LIGHT_TREE_EVEN_SHARE) / total;
+    for (int k = 0; k < LIGHT_BLOCK; k++) {
+        if (!(w->one[k] > 0)) continue;
+        real1 p = fma(w->one[k], per_total, even);
+        if (*u >= sum) {
+            from = sum;
+            *share = p;
+            choice = k;
+        }
+        sum += p;
+    }
+    *u = clamp((*u - from) / *share, (real1)0, (real1)0.99999994);
+    return choice;
+}
+
+/* `count` blocks of lamps from `first` on, or all lamps without a place; none where count is 0. */
 typedef struct {
-    ireal first, count;
-    real share; /* with what probability they were chosen */
+    int first, count, placeless;
+    real1 u, share; /* what is left of the random number; with what probability they were chosen */
 } light_leaf;
 
-/* Down from the root, where `other` is the weight of the lamps without a place, which are a leaf of their own. */
-FN light_leaf light_tree_descend(const scene *s, const light_query *q, real other, real *u, mask live) {
-    real sigma = q->is_point ? R(0) : cmean(q->m->sigma_t), slack = light_slack(q->o), weight[4];
-    int placed = s->params->light_tree_lamps;
-    ireal node = I(0);
+/* Down from the root, where `other` is the weight of the lamps without a place. */
+FN light_leaf light_tree_descend(const scene *s, const light_ask *a, const int is_point, real1 other, real1 u) {
     light_leaf leaf;
-    leaf.first = leaf.count = I(0);
-    leaf.share = R(1);
-    mask inner = live;
-    for (int level = 0; ANY(inner); level++) {
-        for (int k = 0; k < 4; k++) {
-            light_cluster c = light_cluster_of(s, node, k);
-            weight[k] = light_cluster_weight(&c, q, sigma, slack);
+    leaf.first = leaf.count = leaf.placeless = 0;
+    leaf.share = 1;
+    int at = 0;
+    do {
+        light_weights w = light_block_weights(s->light_tree + at, a, is_point);
+        if (at == 0 && other > 0) {
+            real1 total = 0;
+            for (int k = 0; k < LIGHT_BLOCK; k++) total += w.one[k];
+            real1 p = other / (other + total);
+            p = total > 0 ? fma(1 - 2 * LIGHT_TREE_EVEN_SHARE, p, LIGHT_TREE_EVEN_SHARE) : 1;
+            leaf.placeless = u < p;
+            leaf.u = clamp(leaf.placeless ? u / p : (u - p) / (1 - p), (real1)0, (real1)0.99999994);
+            leaf.share = leaf.placeless ? p : 1 - p;
+            if (leaf.placeless) return leaf;
+            u = leaf.u;
         }
-        if (level == 0 && ANY(live & (other > R(0)))) {
-            real total = weight[0] + weight[1] + weight[2] + weight[3];
-            real p = other / (other + lmax(total, R(1e-37)));
-            p = total > R(0) ? fma(R(1) - RESERVOIR_EVEN_SHARE, p, R(0.5) * RESERVOIR_EVEN_SHARE) : R(1);
-            p = other > R(0) ? p : R(0);
-            mask away = split(u, p) & live;
-            leaf.first = away ? I(placed) : leaf.first;
-            leaf.count = away ? I(s->params->light_count - placed) : leaf.count;
-            leaf.share = away ? p : R(1) - p;
-            inner = inner & !away;
-        }
-        real v = *u, p;
-        ireal k = light_tree_pick(weight, &v, &p);
-        mask some = inner & (k >= I(0));
-        ireal at = node * I(sizeof(b_light_node) / 4) + k;
-        ireal child = gather_int(s->light_tree[0].child, some ? at : I(0));
-        mask ends = some & (child < I(0));
-        ireal code = ends ? I(-1) - child : I(0);
-        *u = some ? v : *u;
-        leaf.share = some ? leaf.share * p : leaf.share;
-        leaf.first = ends ? code / I(LIGHT_LEAF_MOST) : leaf.first;
-        leaf.count = ends ? code % I(LIGHT_LEAF_MOST) + I(1) : leaf.count;
-        inner = some & (child >= I(0));
-        node = inner ? child : I(0);
+        real1 p;
+        int k = light_pick(&w, &u, &p);
+        if (k < 0) break;
+        leaf.share *= p;
+        at = s->light_tree[at].child[k];
+    } while (at > 0);
+    leaf.u = u;
+    if (at < 0) {
+        leaf.first = ~at / LIGHT_LEAF_BLOCKS;
+        leaf.count = ~at % LIGHT_LEAF_BLOCKS + 1;
     }
     return leaf;
 }

@@ -31,7 +31,7 @@ typedef struct {
     __global const b_light *lights;
     __global const b_emitter *emitters;
     __global const float *cdf, *filter;
-    __global const b_light_node *light_tree;
+    __global const b_light_block *light_tree;
 } scene;
 
 /* The first parameters of every kernel that reads the scene; lib/render.c sets them in this order. */
@@ -42,7 +42,7 @@ typedef struct {
         __global const b_shape *shapes, __global const b_bsdf *bsdfs, __global const b_texture *textures,           \
         __global const float *texels, __global const b_medium *media, __global const b_light *lights,               \
         __global const b_emitter *emitters, __global const float *cdf, __global const float *filter,   \
-        __global const b_light_node *light_tree
+        __global const b_light_block *light_tree
 
 #define SCENE_FROM_PARAMETERS(s)                \
     scene s;                                    \

@@ -190,18 +190,21 @@ typedef struct {
 } b_light;
 SIZE_IS(b_light, 96);
 
-/* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. A node has
- * four children, clusters of lamps, as rows; unused ones have flux 0. child >= 0 is a node; child < 0 is a leaf of
- * code % LIGHT_LEAF_MOST + 1 lamps from lamp code / LIGHT_LEAF_MOST on, where code = ~child. */
-#define LIGHT_LEAF_MOST 8
+/* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. The tree
+ * is blocks of up to sixteen clusters of lamps, as rows; unused places have flux 0. The root is block 0. child >= 0: the
+ * block with the cluster's parts. child < 0: a leaf of code % LIGHT_LEAF_BLOCKS + 1 blocks from block
+ * code / LIGHT_LEAF_BLOCKS on, where code = ~child. In a leaf's blocks each cluster is a lamp, and child its number. */
+#define LIGHT_BLOCK 16
+#define LIGHT_LEAF_BLOCKS 16
 typedef struct {
-    float x[4], y[4], z[4], radius[4];          /* the lamps stand within `radius` of the place */
-    float axis_x[4], axis_y[4], axis_z[4];      /* unit: they shine within an angle of the axis, */
-    float versine[4];                           /* 1 - cos of it, 2 for everywhere */
-    float flux[4];                              /* luminance of intensity times solid angle; of all lamps: 1 */
-    int child[4];
-} b_light_node;
-SIZE_IS(b_light_node, 160);
+    float x[LIGHT_BLOCK], y[LIGHT_BLOCK], z[LIGHT_BLOCK];
+    float radius[LIGHT_BLOCK];    /* the lamps stand within it of the place */
+    float axis_x[LIGHT_BLOCK], axis_y[LIGHT_BLOCK], axis_z[LIGHT_BLOCK];
+    float versine[LIGHT_BLOCK];   /* they shine within an angle of the axis: 1 - cos of it, 2 for everywhere */
+    float flux[LIGHT_BLOCK];      /* luminance of intensity times solid angle; of all lamps together: 1 */
+    int child[LIGHT_BLOCK];
+} b_light_block;
+SIZE_IS(b_light_block, 640);
 
 #define EMITTER_TRIANGLE 0
 #define EMITTER_SPHERE 1
@@ -270,7 +273,7 @@ typedef struct {
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
 
     int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
-    int light_tree_nodes;        /* 0: lamps are few, and all are looked at */
+    int light_tree_blocks;       /* 0: lamps are few, and all are looked at */
     int light_tree_lamps;        /* the first ones, which the tree has */
     float light_tree_scale;      /* 1 / luminous flux of those */
 } b_params;

@@ -17,7 +17,7 @@ PIN(b_bsdf, 80);
 PIN(b_texture, 80);
 PIN(b_medium, 48);
 PIN(b_light, 96);
-PIN(b_light_node, 160);
+PIN(b_light_block, 640);
 PIN(b_emitter, 16);
 PIN(b_params, 304);
 

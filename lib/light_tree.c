@@ -1,7 +1,7 @@
 /* light_tree.c -- the tree over lamps (Conty Estevez & Kulla 2018, "Importance sampling of many lights with adaptive
  * tree splitting"): clusters of lamps that are close to each other and shine the same way.
  *
- * A node's set of lamps is split in two, then the costlier half again, until there are four. Splits are binned as in
+ * A block's set of lamps is split in two, then the costliest part again, until there are sixteen. Splits are binned as in
  * lib/bvh_split.c, along the three coordinates of the place and the three of the axis: among narrow spots that hang side
  * by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are taken without looking, which
  * bounds the depth and the recursion. One thread, no hashing: the same lamps give the same tree.
@@ -21,20 +21,20 @@ enum { BINS = 16, AXES = 6, DEPTH_BINNED = 40 };
 
 /* All that lamps of a set do: they stand in the box and shine within the cone. */
 typedef struct {
-    double lo[3], hi[3], axis[3], spread, flux;
+    double lo[3], hi[3], axis[3], spread, flux, met;
     uint32_t count;
 } cluster;
 
 typedef struct {
     double key[AXES]; /* place, axis */
-    double cutoff, flux;
+    double cutoff, flux, met;
     uint32_t light;
 } lamp;
 
 typedef struct {
     lamp *lamps;
-    b_light_node *nodes;
-    uint32_t node_count, capacity;
+    b_light_block *blocks;
+    uint32_t block_count, capacity;
     double flux, reach;
 } builder;
 
@@ -62,6 +62,7 @@ static cluster of_lamp(const lamp *l) {
     memcpy(c.axis, l->key + 3, sizeof c.axis);
     c.spread = l->cutoff;
     c.flux = l->flux;
+    c.met = l->met;
     c.count = 1;
     return c;
 }
@@ -97,8 +98,11 @@ static void join(cluster *a, const cluster *b) {
     }
     join_cones(a, b);
     a->flux += b->flux;
+    a->met += b->met;
     a->count += b->count;
 }
+
+static double leaf_met(void) { const char *e = getenv("TREE_MET"); return e ? atof(e) : 8; }
 
 static double cost(const builder *b, const cluster *c) {
     double diagonal = 0, s = sin(fmin(c->spread, PI) / 2);
@@ -184,74 +188,97 @@ static uint32_t split(builder *b, uint32_t first, uint32_t count, uint32_t depth
     return i - first;
 }
 
-/* ---- nodes ------------------------------------------------------------------------------------------------------- */
+/* ---- blocks ------------------------------------------------------------------------------------------------------ */
 
-/* Around the lamps as kernels see them, and no tighter than float's rounding of the node's own numbers. */
-static void store_child(const builder *b, b_light_node *node, int k, uint32_t first, const cluster *c) {
-    double radius = 0, spread = 0, extent = 0;
+/* Around the lamps as kernels see them, and no tighter than float's rounding of the cluster's own numbers. */
+static void store_cluster(const builder *b, b_light_block *block, uint32_t k, uint32_t first, const cluster *c) {
+    double radius = 0, spread = 0, extent = 0, unit[3];
     float center[3], axis[3];
     for (int i = 0; i < 3; i++) {
         center[i] = (float)(0.5 * (c->lo[i] + c->hi[i]));
         axis[i] = (float)c->axis[i];
+        unit[i] = axis[i];
     }
+    brume_normalize(unit);
     for (uint32_t i = first; i < first + c->count; i++) {
         const lamp *l = &b->lamps[i];
-        double off[3], unit[3] = {axis[0], axis[1], axis[2]};
+        double off[3];
         for (int a = 0; a < 3; a++) {
             off[a] = l->key[a] - center[a];
             extent = fmax(extent, fabs(l->key[a]));
         }
         radius = fmax(radius, sqrt(brume_dot(off, off)));
-        brume_normalize(unit);
         spread = fmax(spread, angle_between(unit, l->key + 3) + l->cutoff);
     }
     spread = fmin(spread * 1.000001 + 1e-6, PI);
     double s = sin(spread / 2);
-    node->x[k] = center[0], node->y[k] = center[1], node->z[k] = center[2];
-    node->axis_x[k] = axis[0], node->axis_y[k] = axis[1], node->axis_z[k] = axis[2];
-    node->radius[k] = (float)(radius * 1.000001 + extent * 0x1p-20);
-    node->versine[k] = (float)fmin(2 * s * s * 1.000001, 2);
-    node->flux[k] = (float)(c->flux / b->flux);
-    /* Lamps of which one alone is nothing to float can be something together, or to a ray close by. */
-    if (c->flux > 0) node->flux[k] = fmaxf(node->flux[k], 1e-30f);
+    block->x[k] = center[0], block->y[k] = center[1], block->z[k] = center[2];
+    block->axis_x[k] = axis[0], block->axis_y[k] = axis[1], block->axis_z[k] = axis[2];
+    block->radius[k] = (float)(radius * 1.000001 + extent * 0x1p-20);
+    block->versine[k] = (float)fmin(2 * s * s * 1.000001, 2);
+    block->flux[k] = (float)(c->flux / b->flux);
+    /* Lamps that are nothing beside the others can be all that there is close by. */
+    if (c->flux > 0) block->flux[k] = fmaxf(block->flux[k], 1e-30f);
 }
 
-static int leaf_most(void) { const char *e = getenv("TREE_LEAF"); return e ? atoi(e) : LIGHT_LEAF_MOST; }
+/* The first of `count` new ones, -1 where memory is short. */
+static int add_blocks(builder *b, uint32_t count) {
+    if (b->block_count + count > b->capacity) {
+        uint32_t capacity = 2 * b->capacity + count;
+        b_light_block *more = realloc(b->blocks, capacity * sizeof *more);
+        if (!more) return -1;
+        b->blocks = more;
+        b->capacity = capacity;
+    }
+    memset(b->blocks + b->block_count, 0, count * sizeof *b->blocks);
+    b->block_count += count;
+    return (int)(b->block_count - count);
+}
 
-/* Returns the node's number, or -1 where memory is short. */
-static int build_node(builder *b, uint32_t first, uint32_t count, uint32_t depth) {
-    uint32_t firsts[4] = {first, 0, 0, 0}, counts[4] = {count, 0, 0, 0}, used = 1;
-    cluster parts[4];
+static int is_leaf(const cluster *c) {
+    return c->count <= LIGHT_BLOCK || (c->count <= LIGHT_LEAF_BLOCKS * LIGHT_BLOCK && c->met <= leaf_met());
+}
+
+/* What the parent's child says of the leaf; 0 where memory is short. */
+static int build_leaf(builder *b, uint32_t first, uint32_t count) {
+    uint32_t blocks = (count + LIGHT_BLOCK - 1) / LIGHT_BLOCK;
+    int at = add_blocks(b, blocks);
+    if (at < 0) return 0;
+    for (uint32_t i = 0; i < count; i++) {
+        b_light_block *block = &b->blocks[(uint32_t)at + i / LIGHT_BLOCK];
+        cluster one = of_lamp(&b->lamps[first + i]);
+        store_cluster(b, block, i % LIGHT_BLOCK, first + i, &one);
+        block->child[i % LIGHT_BLOCK] = (int)(first + i);
+    }
+    return ~(at * LIGHT_LEAF_BLOCKS + (int)blocks - 1);
+}
+
+/* Returns its number, -1 where memory is short. */
+static int build_block(builder *b, uint32_t first, uint32_t count, uint32_t depth) {
+    uint32_t firsts[LIGHT_BLOCK] = {first}, used = 1;
+    cluster parts[LIGHT_BLOCK];
     parts[0] = of_lamps(b, first, count);
-    while (used < 4) {
+    while (used < LIGHT_BLOCK) {
         int widest = -1;
         for (uint32_t k = 0; k < used; k++)
-            if (counts[k] > (uint32_t)leaf_most() && (widest < 0 || cost(b, &parts[k]) > cost(b, &parts[widest])))
-                widest = (int)k;
+            if (!is_leaf(&parts[k]) && (widest < 0 || cost(b, &parts[k]) > cost(b, &parts[widest]))) widest = (int)k;
         if (widest < 0) break;
-        uint32_t left = split(b, firsts[widest], counts[widest], depth);
+        uint32_t whole = parts[widest].count, left = split(b, firsts[widest], whole, depth);
         firsts[used] = firsts[widest] + left;
-        counts[used] = counts[widest] - left;
-        counts[widest] = left;
         parts[widest] = of_lamps(b, firsts[widest], left);
-        parts[used] = of_lamps(b, firsts[used], counts[used]);
+        parts[used] = of_lamps(b, firsts[used], whole - left);
         used++;
     }
-    if (b->node_count == b->capacity) {
-        b_light_node *more = realloc(b->nodes, 2 * (size_t)b->capacity * sizeof *more);
-        if (!more) return -1;
-        b->nodes = more;
-        b->capacity *= 2;
-    }
-    uint32_t at = b->node_count++;
-    memset(&b->nodes[at], 0, sizeof b->nodes[at]);
+    int at = add_blocks(b, 1);
+    if (at < 0) return -1;
     for (uint32_t k = 0; k < used; k++) {
-        store_child(b, &b->nodes[at], (int)k, firsts[k], &parts[k]);
-        int child = ~(int)(firsts[k] * LIGHT_LEAF_MOST + counts[k] - 1);
-        if (counts[k] > (uint32_t)leaf_most() && (child = build_node(b, firsts[k], counts[k], depth + 1)) < 0) return -1;
-        b->nodes[at].child[k] = child;
+        int leaf = is_leaf(&parts[k]);
+        int child = leaf ? build_leaf(b, firsts[k], parts[k].count) : build_block(b, firsts[k], parts[k].count, depth + 1);
+        if (leaf ? child == 0 : child < 0) return -1;
+        store_cluster(b, &b->blocks[at], k, firsts[k], &parts[k]);
+        b->blocks[at].child[k] = child;
     }
-    return (int)at;
+    return at;
 }
 
 /* `placed` lamps of `lights`, those without a place left out. */
@@ -273,6 +300,8 @@ static void take_lamps(builder *b, const b_light *lights, uint32_t count) {
         double luminance = 0.2126 * light->intensity[0] + 0.7152 * light->intensity[1] + 0.0722 * light->intensity[2];
         l->cutoff = light->kind == LIGHT_POINT ? PI : light->cutoff;
         l->flux = luminance * solid_angle(light);
+        /* A line sees a lamp turn by half a circle: what passes a cone of a random axis. */
+        l->met = l->cutoff < PI / 2 ? 0.5 * sin(l->cutoff) : 1;
         l->light = i;
         b->flux += l->flux;
     }
@@ -294,24 +323,24 @@ brume_result brume_light_tree_build(brume_context *context, b_light *lights, uin
     memset(out, 0, sizeof *out);
     for (uint32_t i = 0; i < count; i++) placed += lights[i].kind != LIGHT_DIRECTIONAL;
     if (placed == 0) return BRUME_OK;
-    if (placed > INT32_MAX / LIGHT_LEAF_MOST)
+    if (placed > INT32_MAX / LIGHT_LEAF_BLOCKS)
         return brume_fail(context, BRUME_ERROR_SCENE, "%u lamps are more than a tree can hold", (unsigned)placed);
     b.lamps = malloc(placed * sizeof *b.lamps);
-    b.nodes = malloc(b.capacity * sizeof *b.nodes);
+    b.blocks = malloc(b.capacity * sizeof *b.blocks);
     b_light *sorted = malloc(count * sizeof *sorted);
     int root = -1;
-    if (b.lamps && b.nodes && sorted) {
+    if (b.lamps && b.blocks && sorted) {
         take_lamps(&b, lights, count);
-        root = build_node(&b, 0, placed, 0);
+        root = build_block(&b, 0, placed, 0);
     }
     if (root == 0) {
         sort_lights(b.lamps, placed, lights, count, sorted);
-        out->nodes = b.nodes;
-        out->node_count = b.node_count;
+        out->blocks = b.blocks;
+        out->block_count = b.block_count;
         out->placed = placed;
         out->flux = b.flux;
     } else {
-        free(b.nodes);
+        free(b.blocks);
     }
     free(b.lamps);
     free(sorted);
@@ -324,6 +353,6 @@ float brume_light_tree_scale(const brume_light_tree *tree) {
 }
 
 void brume_light_tree_free(brume_light_tree *tree) {
-    free(tree->nodes);
+    free(tree->blocks);
     memset(tree, 0, sizeof *tree);
 }

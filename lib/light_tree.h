@@ -1,4 +1,4 @@
-/* light_tree.h -- a 4-wide tree over lamps with a place, by which kernels choose one of many (cl/light_tree.h). */
+/* light_tree.h -- a tree over lamps with a place, by which kernels choose one of many (cl/light_tree.h). */
 #ifndef BRUME_LIGHT_TREE_H
 #define BRUME_LIGHT_TREE_H
 
@@ -9,10 +9,10 @@
 enum { BRUME_LIGHT_TREE_LEAST = 128 };
 
 typedef struct brume_light_tree {
-    b_light_node *nodes; /* [0] is the root; none where no lamp has a place */
-    uint32_t node_count;
-    uint32_t placed;     /* lamps in the tree: the first ones */
-    double flux;         /* luminance of all of them together, which nodes hold shares of */
+    b_light_block *blocks; /* [0] is the root; none where no lamp has a place */
+    uint32_t block_count;
+    uint32_t placed;       /* lamps in the tree: the first ones */
+    double flux;           /* luminance of all of them together, which clusters hold shares of */
 } brume_light_tree;
 
 /* Sorts `lights` so that each leaf's stand together, and those without a place, which no leaf has, at the end. */

@@ -47,7 +47,7 @@ enum { SCENES = 3, TESTS = SCENES * 2 * (QUERIES + 1) };
     "}\n" \
     "#define SCENE scene s; s.params = params; s.lights = lights; s.light_tree = tree; medium m\n" \
     "#define SCENE_ARRAYS __global const b_params *params, __global const b_light *lights, \\\n" \
-    "                     __global const b_light_node *tree, __global const real1 *query\n"
+    "                     __global const b_light_block *tree, __global const real1 *query\n"
 
 /* One query for all lanes, a variate each. */
 static const char choose_text[] =
@@ -65,26 +65,36 @@ static const char choose_text[] =
     "    STORE(out + AT, to_real(k)); STORE(out + n + AT, share);\n"
     "}\n";
 
-/* A node for all lanes, a query each: the weights of its children, and of lamps. */
-static const char weigh_text[] =
+/* Of a block and a query: its clusters' weights, and which of them a leaf would look at. */
+static const char block_text[] =
     "#include \"light_choice.h\"\n"
-    "#define QUERY_LOAD(k) LOAD(query + (k) * n)\n"
+    "#define QUERY_LOAD(k) R(query[(k) * n])\n"
     QUERY
     "__kernel void test(SCENE_ARRAYS, __global real1 *out) {\n"
     "    uint n = get_global_size(0) * LANES;\n"
     "    SCENE;\n"
-    "    light_query q = query_of(query, QUERIES, AT % QUERIES, &m);\n"
-    "    uint i = AT / QUERIES;\n"
-    "    out += AT;\n"
-    "    if (i < (uint)params->light_tree_nodes)\n"
-    "        for (int k = 0; k < 4; k++) {\n"
-    "            light_cluster c = light_cluster_of(&s, I(i), k);\n"
-    "            STORE(out + k * n, light_cluster_weight(&c, &q, cmean(m.sigma_t), light_slack(q.o)));\n"
-    "        }\n"
-    "    if (i < (uint)params->light_count) {\n"
-    "        lamp l = lamp_uniform(&s, i);\n"
-    "        STORE(out + 4 * n, lamp_weight(&s, &l, &q));\n"
+    "    light_query q = query_of(query, QUERIES, AT / LIGHT_BLOCK % QUERIES, &m);\n"
+    "    light_asks asks = light_asks_of(&q);\n"
+    "    light_ask a = light_ask_take(&asks, 0);\n"
+    "    __global const b_light_block *block = tree + AT / LIGHT_BLOCK / QUERIES;\n"
+    "    light_weights w = light_block_weights(block, &a, POINT);\n"
+    "    uint bits = light_block_reaches(block, &a, POINT);\n"
+    "    for (int k = 0; k < LIGHT_BLOCK; k++) {\n"
+    "        out[AT + k] = w.one[k];\n"
+    "        out[n + AT + k] = bits >> k & 1;\n"
     "    }\n"
+    "}\n";
+
+/* A lamp for all lanes, a query each: its weight. */
+static const char lamp_text[] =
+    "#include \"light_choice.h\"\n"
+    "#define QUERY_LOAD(k) LOAD(query + (k) * n)\n"
+    QUERY
+    "__kernel void test(SCENE_ARRAYS, __global real1 *out) {\n"
+    "    SCENE;\n"
+    "    light_query q = query_of(query, QUERIES, AT % QUERIES, &m);\n"
+    "    lamp l = lamp_uniform(&s, AT / QUERIES);\n"
+    "    STORE(out + AT, lamp_weight(&s, &l, &q));\n"
     "}\n";
 
 /* A scene, its tree, and all that is known of one set of queries. */
@@ -164,7 +174,7 @@ static void make_scene(int scene, uint32_t count) {
     for (uint32_t k = 0; k < count; k++) now.lights[k] = scene % 2 ? stage_spot(&seed) : odd_lamp(&seed, k);
     assert_int_equal(brume_light_tree_build(NULL, now.lights, count, &now.tree), BRUME_OK);
     now.params.light_count = (int)count;
-    now.params.light_tree_nodes = (int)now.tree.node_count;
+    now.params.light_tree_blocks = (int)now.tree.block_count;
     now.params.light_tree_lamps = (int)now.tree.placed;
     now.params.light_tree_scale = brume_light_tree_scale(&now.tree);
 }
@@ -274,7 +284,7 @@ static void contribute(void) {
 static void run(const char *text, uint32_t lanes, size_t elements, const device_array *more, size_t more_count) {
     device_array arrays[6] = {{READ_RAW, &now.params, sizeof now.params},
                               {READ_RAW, now.lights, now.count * sizeof *now.lights},
-                              {READ_RAW, now.tree.nodes, now.tree.node_count * sizeof *now.tree.nodes},
+                              {READ_RAW, now.tree.blocks, now.tree.block_count * sizeof *now.tree.blocks},
                               {READ_REAL, now.query, PLANES * QUERIES}};
     char options[120];
     memcpy(arrays + 4, more, more_count * sizeof *more);
@@ -294,51 +304,79 @@ static void choose(uint32_t lanes) {
     now.share = out + ALL;
 }
 
-/* The probability of each lamp of a leaf that is chosen with `p`. */
+/* The probability of each of `count` lamps that a reservoir chosen with `p` is offered. */
 static void share_out(int q, uint32_t first, uint32_t count, double p, const double *weight) {
     double total = 0, some = 0;
-    for (uint32_t k = first; k < first + count; k++) total += weight[k], some += weight[k] > 0;
-    for (uint32_t k = first; k < first + count; k++)
-        if (weight[k] > 0) now.probability[(size_t)q * now.count + k] = p * (0.1 / some + 0.9 * weight[k] / total);
+    for (uint32_t k = 0; k < count; k++) total += weight[k], some += weight[k] > 0;
+    for (uint32_t k = 0; k < count; k++)
+        if (weight[k] > 0) now.probability[(size_t)q * now.count + first + k] = p * (0.1 / some + 0.9 * weight[k] / total);
 }
 
-static void descend(int q, int node, double p, const double *cluster, const double *weight) {
+/* `clusters` and `reached`: of the query, LIGHT_BLOCK a block. */
+static void descend(int q, int at, double p, const double *clusters, const double *reached, const double *weight) {
     double total = 0, some = 0;
-    const double *w = cluster + 4 * node;
-    for (int k = 0; k < 4; k++) total += w[k], some += w[k] > 0;
-    for (int k = 0; k < 4; k++) {
-        int child = now.tree.nodes[node].child[k];
+    const double *w = clusters + LIGHT_BLOCK * at;
+    for (int k = 0; k < LIGHT_BLOCK; k++) total += w[k], some += w[k] > 0;
+    for (int k = 0; k < LIGHT_BLOCK; k++) {
+        int child = now.tree.blocks[at].child[k];
         double below = p * (0.05 / some + 0.95 * w[k] / total);
         if (!(w[k] > 0)) continue;
-        if (child >= 0) descend(q, child, below, cluster, weight);
-        else share_out(q, (uint32_t)~child / LIGHT_LEAF_MOST, (uint32_t)~child % LIGHT_LEAF_MOST + 1, below, weight);
+        if (child >= 0) {
+            descend(q, child, below, clusters, reached, weight);
+            continue;
+        }
+        double offered[LIGHT_LEAF_BLOCKS * LIGHT_BLOCK] = {0};
+        int first = ~child / LIGHT_LEAF_BLOCKS, blocks = ~child % LIGHT_LEAF_BLOCKS + 1;
+        uint32_t lamp = (uint32_t)now.tree.blocks[first].child[0], count = 0;
+        for (int i = 0; i < blocks * LIGHT_BLOCK; i++) {
+            const b_light_block *block = &now.tree.blocks[first + i / LIGHT_BLOCK];
+            if (i > 0 && block->child[i % LIGHT_BLOCK] == 0) break; /* unused */
+            count++;
+            if (reached[LIGHT_BLOCK * first + i] > 0) offered[i] = weight[lamp + (uint32_t)i];
+        }
+        share_out(q, lamp, count, below, offered);
     }
 }
 
-/* Fills in `probability`. */
-static void weigh(void) {
-    size_t rows = now.count > now.tree.node_count ? now.count : now.tree.node_count, n = rows * QUERIES;
-    double *out = room(5 * n, sizeof *out), *cluster = room(4 * rows, sizeof *cluster), *weight = room(rows, sizeof *weight);
-    const device_array arrays[] = {{WRITE_REAL, out, 5 * n}};
-    run(weigh_text, 16, n, arrays, 1);
+/* Fills in `probability`: of the tree, or of one reservoir for all. */
+static void weigh_by(int tree) {
+    size_t blocks = now.tree.block_count, n = blocks * QUERIES * LIGHT_BLOCK, row = blocks * LIGHT_BLOCK;
+    double *out = room(2 * n, sizeof *out), *lamps = room((size_t)now.count * QUERIES, sizeof *lamps);
+    double *clusters = room(2 * row, sizeof *clusters), *reached = clusters + row, *weight = room(now.count, sizeof *weight);
+    const device_array block_arrays[] = {{WRITE_REAL, out, 2 * n}};
+    const device_array lamp_arrays[] = {{WRITE_REAL, lamps, (size_t)now.count * QUERIES}};
+    if (tree) run(block_text, 16, n, block_arrays, 1);
+    run(lamp_text, 16, (size_t)now.count * QUERIES, lamp_arrays, 1);
     free(now.probability);
     now.probability = room((size_t)QUERIES * now.count, sizeof(double));
     for (int q = 0; q < QUERIES; q++) {
         double other = 0, inside = 0;
-        for (size_t i = 0; i < rows; i++) {
-            for (size_t k = 0; k < 4; k++) cluster[4 * i + k] = out[k * n + i * QUERIES + (size_t)q];
-            weight[i] = out[4 * n + i * QUERIES + (size_t)q];
-            if (i >= now.tree.placed && i < now.count) other += weight[i] * now.params.light_tree_scale;
+        for (uint32_t k = 0; k < now.count; k++) {
+            weight[k] = lamps[(size_t)k * QUERIES + (size_t)q];
+            if (k >= now.tree.placed) other += weight[k] * now.params.light_tree_scale;
         }
-        for (int k = 0; k < 4; k++) inside += cluster[k];
+        if (!tree) {
+            share_out(q, 0, now.count, 1, weight);
+            continue;
+        }
+        for (size_t i = 0; i < blocks; i++) {
+            const double *from = out + (i * QUERIES + (size_t)q) * LIGHT_BLOCK;
+            memcpy(clusters + i * LIGHT_BLOCK, from, LIGHT_BLOCK * sizeof *from);
+            memcpy(reached + i * LIGHT_BLOCK, from + n, LIGHT_BLOCK * sizeof *from);
+        }
+        for (int k = 0; k < LIGHT_BLOCK; k++) inside += clusters[k];
         double away = other > 0 ? inside > 0 ? 0.05 + 0.9 * other / (other + inside) : 1 : 0;
-        if (away > 0) share_out(q, now.tree.placed, now.count - now.tree.placed, away, weight);
-        if (inside > 0) descend(q, 0, 1 - away, cluster, weight);
+        if (away > 0) share_out(q, now.tree.placed, now.count - now.tree.placed, away, weight + now.tree.placed);
+        if (inside > 0) descend(q, 0, 1 - away, clusters, reached, weight);
     }
     free(out);
-    free(cluster);
+    free(lamps);
+    free(clusters);
     free(weight);
 }
+
+static void weigh(void) { weigh_by(1); }
+static void weigh_all(void) { weigh_by(0); }
 
 /* ---- structure --------------------------------------------------------------------------------------------------- */
 
@@ -346,41 +384,42 @@ typedef struct {
     uint32_t first, count;
 } lamp_range;
 
-static void check_child(const b_light_node *node, int k, lamp_range below) {
-    double axis[3] = {node->axis_x[k], node->axis_y[k], node->axis_z[k]};
+static void check_cluster(const b_light_block *block, int k, lamp_range below) {
+    double axis[3] = {block->axis_x[k], block->axis_y[k], block->axis_z[k]};
     for (uint32_t i = below.first; i < below.first + below.count; i++) {
         const b_light *light = &now.lights[i];
-        double off[3] = {light->position[0] - (double)node->x[k], light->position[1] - (double)node->y[k],
-                         light->position[2] - (double)node->z[k]};
+        double off[3] = {light->position[0] - (double)block->x[k], light->position[1] - (double)block->y[k],
+                         light->position[2] - (double)block->z[k]};
         double other[3] = {light->axis[0], light->axis[1], light->axis[2]};
         assert_true(light->kind != LIGHT_DIRECTIONAL);
-        assert_true(sqrt(dot(off, off)) <= node->radius[k]);
+        assert_true(sqrt(dot(off, off)) <= block->radius[k]);
         double angle = acos(fmax(-1, fmin(1, dot(axis, other) / sqrt(dot(other, other) * dot(axis, axis)))));
         double reach = light->kind == LIGHT_POINT ? PI : fmin(angle + light->cutoff, PI);
-        assert_true(1 - cos(reach) <= node->versine[k] + 1e-7);
-        if (luminance_of(light) > 0) assert_true(node->flux[k] > 0);
+        assert_true(1 - cos(reach) <= block->versine[k] + 1e-7);
+        if (luminance_of(light) > 0) assert_true(block->flux[k] > 0);
     }
 }
 
-/* The lamps below a node, each counted in `seen`. */
-static lamp_range check_node(int at, uint32_t depth, int *seen) {
+/* The lamps of a leaf or of a block, each counted in `seen`, as each block is. */
+static lamp_range check_child(int child, uint32_t depth, int *seen, int *seen_blocks) {
     lamp_range all = {UINT32_MAX, 0};
-    assert_true(at >= 0 && at < (int)now.tree.node_count && depth < 64);
-    const b_light_node *node = &now.tree.nodes[at];
-    for (int k = 0; k < 4; k++) {
-        int child = node->child[k];
-        lamp_range below = {(uint32_t)~child / LIGHT_LEAF_MOST, (uint32_t)~child % LIGHT_LEAF_MOST + 1};
-        if (child == 0) { /* unused: the root is nobody's child */
-            assert_true(node->flux[k] == 0);
+    int leaf = child < 0, first = leaf ? ~child / LIGHT_LEAF_BLOCKS : child;
+    int blocks = leaf ? ~child % LIGHT_LEAF_BLOCKS + 1 : 1;
+    assert_true(first >= 0 && first + blocks <= (int)now.tree.block_count && depth < 64);
+    for (int i = 0; i < blocks * LIGHT_BLOCK; i++) {
+        const b_light_block *block = &now.tree.blocks[first + i / LIGHT_BLOCK];
+        int k = i % LIGHT_BLOCK;
+        seen_blocks[first + i / LIGHT_BLOCK] += k == 0;
+        /* The root is nobody's child, and the first lamp stands first. */
+        if (block->child[k] == 0 && !(leaf && all.count == 0)) {
+            assert_true(block->flux[k] == 0);
             continue;
         }
-        if (child > 0) {
-            below = check_node(child, depth + 1, seen);
-        } else {
-            assert_true(below.first + below.count <= now.tree.placed);
-            for (uint32_t i = 0; i < below.count; i++) seen[below.first + i]++;
-        }
-        check_child(node, k, below);
+        lamp_range below = {(uint32_t)block->child[k], 1};
+        if (!leaf) below = check_child(block->child[k], depth + 1, seen, seen_blocks);
+        if (leaf) seen[below.first]++;
+        if (leaf && all.count) assert_true(below.first == all.first + all.count);
+        check_cluster(block, k, below);
         all.first = below.first < all.first ? below.first : all.first;
         all.count += below.count;
     }
@@ -399,16 +438,16 @@ static b_light hard_lamp(int kind, uint32_t k) {
 }
 
 static void check_tree(void) {
-    uint32_t first_directional = now.tree.placed;
-    int *seen = room(now.count, sizeof *seen);
+    int *seen = room(now.count + now.tree.block_count, sizeof *seen);
     if (now.tree.placed) {
-        lamp_range all = check_node(0, 0, seen);
+        lamp_range all = check_child(0, 0, seen, seen + now.count);
         assert_true(all.first == 0 && all.count == now.tree.placed);
     }
     for (uint32_t i = 0; i < now.count; i++) {
-        assert_int_equal(seen[i], i < first_directional);
-        assert_true(i < first_directional || now.lights[i].kind == LIGHT_DIRECTIONAL);
+        assert_int_equal(seen[i], i < now.tree.placed);
+        assert_true(i < now.tree.placed || now.lights[i].kind == LIGHT_DIRECTIONAL);
     }
+    for (uint32_t i = 0; i < now.tree.block_count; i++) assert_int_equal(seen[now.count + i], 1);
     free(seen);
 }
 
@@ -428,8 +467,8 @@ static void every_lamp_is_in_one_leaf(void **state) {
             check_tree();
             /* Twice the same. */
             assert_int_equal(brume_light_tree_build(NULL, again, now.count, &tree), BRUME_OK);
-            assert_int_equal(tree.node_count, now.tree.node_count);
-            assert_memory_equal(tree.nodes, now.tree.nodes, tree.node_count * sizeof *tree.nodes);
+            assert_int_equal(tree.block_count, now.tree.block_count);
+            assert_memory_equal(tree.blocks, now.tree.blocks, tree.block_count * sizeof *tree.blocks);
             assert_memory_equal(again, now.lights, now.count * sizeof *again);
             /* None lost, none twice. */
             qsort(before, now.count, sizeof *before, by_bytes);
@@ -518,14 +557,14 @@ static void no_lamp_is_forgotten(void **state) {
             weigh();
             if (forgotten()) fail_msg("scene %d, points %d: %u forgotten", scene, is_point, (unsigned)forgotten());
             /* planted: cones too narrow by a tenth, then bounds too small by a tenth */
-            for (uint32_t i = 0; i < now.tree.node_count; i++)
-                for (int k = 0; k < 4; k++)
-                    if (now.tree.nodes[i].versine[k] < 2) now.tree.nodes[i].versine[k] *= 0.81f;
+            for (uint32_t i = 0; i < now.tree.block_count; i++)
+                for (int k = 0; k < LIGHT_BLOCK; k++)
+                    if (now.tree.blocks[i].versine[k] < 2) now.tree.blocks[i].versine[k] *= 0.81f;
             weigh();
             if (!forgotten()) fail_msg("scene %d, points %d: narrow cones weren't noticed", scene, is_point);
             ask(scene, is_point);
-            for (uint32_t i = 0; i < now.tree.node_count; i++)
-                for (int k = 0; k < 4; k++) now.tree.nodes[i].radius[k] *= 0.5f;
+            for (uint32_t i = 0; i < now.tree.block_count; i++)
+                for (int k = 0; k < LIGHT_BLOCK; k++) now.tree.blocks[i].radius[k] *= 0.5f;
             weigh();
             if (!forgotten()) fail_msg("scene %d, points %d: small bounds weren't noticed", scene, is_point);
         }
@@ -586,7 +625,74 @@ static void every_width_gives_the_same_bits(void **state) {
     }
 }
 
-int main(void) {
+/* ---- measurements ------------------------------------------------------------------------------------------------ */
+
+/* Relative variance of one sample of the sum, whose lamp is chosen with the probabilities `p`: over all queries, the mean
+ * variance by the mean square. */
+static double relative_variance(const double *p, double *out_wasted) {
+    double variance = 0, squares = 0, wasted = 0;
+    for (int q = 0; q < QUERIES; q++) {
+        double sum = 0, second = 0, hit = 0;
+        for (uint32_t k = 0; k < now.count; k++) {
+            double f = now.contribution[(size_t)q * now.count + k], pk = p[(size_t)q * now.count + k];
+            sum += f;
+            hit += pk;
+            if (f > 0 && pk > 0) second += f * f / pk;
+        }
+        variance += second - sum * sum;
+        squares += sum * sum;
+        wasted += (1 - hit) / QUERIES;
+    }
+    *out_wasted = wasted;
+    return variance / squares;
+}
+
+static double seconds_per_choice(int tree) {
+    double best = 1e30;
+    now.params.light_tree_blocks = tree ? (int)now.tree.block_count : 0;
+    choose(16);
+    for (int i = 0; i < 3; i++) {
+        double start = brume_seconds();
+        choose(16);
+        best = fmin(best, brume_seconds() - start);
+    }
+    now.params.light_tree_blocks = (int)now.tree.block_count;
+    return best / (QUERIES * SAMPLES);
+}
+
+static void measure(void **state) {
+    (void)state;
+    static const uint32_t counts[] = {10, 30, 100, 300, 1000, 3000, 10000};
+    printf("%8s %10s %10s %10s %10s %10s %12s %12s\n", "lamps", "uniform", "power", "loop", "tree", "missed", "loop ns", "tree ns");
+    for (int is_point = 0; is_point < 2; is_point++)
+        for (size_t i = 0; i < sizeof counts / sizeof *counts; i++) {
+            double wasted, ignored, flux = 0;
+            make_scene(1, counts[i]);
+            double start = brume_seconds();
+            make_scene(1, counts[i]);
+            double built = brume_seconds() - start;
+            make_queries(1, is_point);
+            contribute();
+            weigh();
+            double tree = relative_variance(now.probability, &wasted);
+            double *weights = room(now.count, sizeof *weights);
+            size_t n = (size_t)QUERIES * now.count;
+            for (size_t k = 0; k < n; k++) now.probability[k] = 1.0 / now.count;
+            double uniform = relative_variance(now.probability, &ignored);
+            for (size_t k = 0; k < now.count; k++) flux += luminance_of(&now.lights[k]) * now.lights[k].v_cutoff;
+            for (size_t k = 0; k < n; k++)
+                now.probability[k] = luminance_of(&now.lights[k % now.count]) * now.lights[k % now.count].v_cutoff / flux;
+            double power = relative_variance(now.probability, &ignored);
+            weigh_all();
+            double loop = relative_variance(now.probability, &ignored);
+            free(weights);
+            printf("%8u %10.3g %10.3g %10.3g %10.3g %10.3g %12.1f %12.1f  build %.3f s\n", counts[i], uniform, power, loop, tree,
+                   wasted, getenv("NOTIME") || (counts[i] > 1000 && getenv("SHORT")) ? 0 : 1e9 * seconds_per_choice(0), getenv("NOTIME") ? 0 : 1e9 * seconds_per_choice(1), built);
+        }
+}
+
+int main(int argc, char **argv) {
+    const struct CMUnitTest measurements[] = {cmocka_unit_test(measure)};
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_lamp_is_in_one_leaf),
         cmocka_unit_test(choices_follow_their_share),
@@ -594,5 +700,7 @@ int main(void) {
         cmocka_unit_test(estimates_meet_the_sum),
         cmocka_unit_test(every_width_gives_the_same_bits),
     };
+    if (argc > 1 && !strcmp(argv[1], "measure"))
+        return cmocka_run_group_tests(measurements, device_test_setup, device_test_teardown);
     return cmocka_run_group_tests(tests, device_test_setup, device_test_teardown);
 }
