@@ -64,7 +64,7 @@ typedef struct {
     mask reached;
 } light_piece;
 
-FN light_piece light_cluster_piece(const light_cluster *c, vec o, vec d, real t_end, real slack, const int passes) {
+FN light_piece light_cluster_piece(const light_cluster *c, vec o, vec d, real t_end, real slack) {
     light_piece p;
     vec w = vsub(c->center, o);
     p.delta = vdot(w, d);
@@ -84,7 +84,7 @@ FN light_piece light_cluster_piece(const light_cluster *c, vec o, vec d, real t_
     p.reached = (c->flux > R(0)) & (t_end > R(0));
     /* Too close to the line, they span no plane that rounding leaves alone. */
     mask planar = D > p.radius * R(0x1p-10f) + slack;
-    for (int pass = 0; pass < passes; pass++) {
+    for (int pass = 0; pass < 2; pass++) {
         p.versine = light_cluster_versine(c, p.radius, sqrt(p.D2 + square(lclamp(R(0), p.t0, p.t1))));
         mask cuts = planar & (p.versine < R(1));
         real cosine = R(1) - p.versine, room = p.versine - out_of_plane, q = sqrt(lmax(room, R(0)) * (rho + cosine));
@@ -103,7 +103,7 @@ FN light_piece light_cluster_piece(const light_cluster *c, vec o, vec d, real t_
 
 /* What a cluster would scatter to the eye, as a share of all lamps' flux. */
 FN real light_cluster_segment(const light_cluster *c, vec o, vec d, real t_end, real sigma, real phase_g, real slack) {
-    light_piece p = light_cluster_piece(c, o, d, t_end, slack, 2);
+    light_piece p = light_cluster_piece(c, o, d, t_end, slack);
     real S2 = p.D2 + R(0.5) * square(p.radius), S = lmax(sqrt(S2), R(1e-18));
     real r0 = sqrt(fma(p.t0, p.t0, S2)), r1 = sqrt(fma(p.t1, p.t1, S2));
     real width = latan2(S * (p.t1 - p.t0), fma(p.t0, p.t1, S2)) / S;
@@ -201,19 +201,46 @@ FN light_weights light_block_weights(__global const b_light_block *block, const 
     return w;
 }
 
+/* Which lamps of a leaf's block light some of the segment: as light_cluster_piece, but with products only, as this is
+ * asked of many. A cone narrower than a half space meets the plane of the lamp and the line if its axis is near enough to
+ * it; the segment, if the axis points between its ends, or close enough to one. `slack`: see light_slack. */
+FN mask light_lamp_meets(const light_cluster *c, vec o, vec d, real t_end, real slack) {
+    vec w = vsub(c->center, o);
+    real delta = vdot(w, d), off_by = slack + c->radius;
+    vec e = vmad(d, -delta, w);
+    vec cross = vmake(e.y * d.z - e.z * d.y, e.z * d.x - e.x * d.z, e.x * d.y - e.y * d.x);
+    real D2 = vdot(e, e), t0 = -delta, t1 = t_end - delta;
+    real off = vdot(c->axis, cross), along_e = vdot(c->axis, e), along_d = vdot(c->axis, d);
+    real sine2 = c->versine * (R(2) - c->versine);
+    mask near = square(off) <= fma(D2, fma(sine2, R(1.01), R(1e-9)), R(4000) * square(off_by));
+    real cosine2 = lmax(R(1 - 4e-6) - sine2 * R(1.002), R(0));
+    real dot0 = fma(along_d, t0, R(4) * off_by - along_e), dot1 = fma(along_d, t1, R(4) * off_by - along_e);
+    mask at0 = (dot0 >= R(0)) & (square(dot0) >= cosine2 * fma(t0, t0, D2));
+    mask at1 = (dot1 >= R(0)) & (square(dot1) >= cosine2 * fma(t1, t1, D2));
+    mask after0 = fma(along_d, D2, along_e * t0) >= R(0), before1 = fma(along_d, D2, along_e * t1) <= R(0);
+    mask meets = near & (at0 | at1 | (after0 & before1));
+    return (c->flux > R(0)) & (t_end > R(0)) & (meets | (c->versine >= R(1)));
+}
+
+/* Which light p, on the side that counts. */
+FN mask light_lamp_lights(const light_cluster *c, vec p, vec n, real front, mask in_medium, real slack) {
+    vec w = vsub(p, c->center);
+    real d2 = vdot(w, w), off_by = slack + c->radius, dot = vdot(w, c->axis) + R(4) * off_by;
+    real cosine2 = lmax(R(1 - 4e-6) - c->versine * (R(2) - c->versine) * R(1.002), R(0));
+    mask lit = (c->versine >= R(1)) | ((dot >= R(0)) & (square(dot) >= cosine2 * d2));
+    real height = vdot(w, n);
+    height = front > R(0) ? -height : height;
+    return (c->flux > R(0)) & lit & (in_medium | (square(height) <= R(1e-10) * d2) | (height > R(-4) * off_by));
+}
+
 /* One bit for each lamp of a leaf's block that reaches. */
 FN uint light_block_reaches(__global const b_light_block *block, const light_ask *a, const int is_point) {
     real slack = light_slack(a->o);
     uint bits = 0;
     for (int j = 0; j < LIGHT_BLOCK / LANES; j++) {
         light_cluster c = light_cluster_load(block, j * LANES);
-        mask reached;
-        if (is_point) {
-            real d2, versine, most;
-            reached = light_cluster_reaches(&c, a->o, a->d, a->t_end, a->g > R(0), slack, &d2, &versine, &most);
-        } else {
-            reached = light_cluster_piece(&c, a->o, a->d, a->t_end, slack, 1).reached;
-        }
+        mask reached = is_point ? light_lamp_lights(&c, a->o, a->d, a->t_end, a->g > R(0), slack)
+                                : light_lamp_meets(&c, a->o, a->d, a->t_end, slack);
         if (ANY(reached)) bits |= mask_bits(reached) << (j * LANES);
     }
     return bits;

@@ -195,7 +195,7 @@ SIZE_IS(b_light, 96);
  * block with the cluster's parts. child < 0: a leaf of code % LIGHT_LEAF_BLOCKS + 1 blocks from block
  * code / LIGHT_LEAF_BLOCKS on, where code = ~child. In a leaf's blocks each cluster is a lamp, and child its number. */
 #define LIGHT_BLOCK 16
-#define LIGHT_LEAF_BLOCKS 16
+#define LIGHT_LEAF_BLOCKS 64
 typedef struct {
     float x[LIGHT_BLOCK], y[LIGHT_BLOCK], z[LIGHT_BLOCK];
     float radius[LIGHT_BLOCK];    /* the lamps stand within it of the place */
