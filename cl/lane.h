@@ -121,14 +121,14 @@ FN int count_lanes(mask m) { return (int)popcount(as_uint(convert_char4(m)) & 0x
 /* Lane k's as bit k. */
 FN uint mask_bits(mask m) {
 #if LANES == 16
-    uint16 b = as_uint16(convert_int16(m)) & ((uint16)(1) << (uint16)(0, 1, 2, 3, 4, 5, 6, 7, 8, 9, 10, 11, 12, 13, 14, 15));
+    uint16 b = as_uint16(convert_int16(m)) & ((uint16)(1) << convert_uint16(lane_index()));
     uint8 c = b.lo | b.hi;
     uint4 e = c.lo | c.hi;
 #elif LANES == 8
-    uint8 c = as_uint8(convert_int8(m)) & ((uint8)(1) << (uint8)(0, 1, 2, 3, 4, 5, 6, 7));
+    uint8 c = as_uint8(convert_int8(m)) & ((uint8)(1) << convert_uint8(lane_index()));
     uint4 e = c.lo | c.hi;
 #else
-    uint4 e = as_uint4(convert_int4(m)) & ((uint4)(1) << (uint4)(0, 1, 2, 3));
+    uint4 e = as_uint4(convert_int4(m)) & ((uint4)(1) << convert_uint4(lane_index()));
 #endif
     uint2 f = e.lo | e.hi;
     return f.x | f.y;

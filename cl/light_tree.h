@@ -1,15 +1,18 @@
 /* light_tree.h -- choosing one of many lamps by a tree over them (lib/light_tree.c): Conty Estevez & Kulla 2018, for
  * segments of rays through a medium and for points.
  *
- * From the root down, one of four clusters of lamps is chosen in proportion to what they would scatter to the eye, or
- * bring to the point, if their light were spread evenly over the cone that holds all of it: an estimate, which is never
- * too good to be wrong by much, and 0 only where no lamp of the cluster reaches. In a leaf the lamps' own weights decide.
- * Lanes go down together, each at a node of its own.
+ * From the root down, one of sixteen clusters of lamps is chosen in proportion to what they would scatter to the eye, or
+ * bring to the point, if their light filled the cone that holds all of it: 0 only where no lamp of the cluster reaches.
+ * In a leaf the lamps' own weights decide (light_choice.h). Among thin beams hardly a cluster tells which of them a ray
+ * meets; only the lamps do, one by one. So leaves are large, and a test of few products says which lamps to weigh.
  *
- * What a cluster reaches: seen from any of its lamps, a point at distance r is off from where it is seen from the
- * cluster's centre by asin(radius / r) at most. A cone about the centre wider by that angle holds the light of all, and
- * cuts the segment's line as a lamp's own cone does (beam.h): in one piece, unless it is wider than a half space, where
- * the whole segment is taken. The angle is that at the nearest point first, then at the nearest of the piece.
+ * Each lane goes down alone, with the clusters of a block in the lanes of the vector unit: rows are loaded as they stand,
+ * while lanes together would gather them from as many nodes. Sums run over one block in its order, at every width.
+ *
+ * What a cluster reaches: a point at distance r from its centre is seen from any of its lamps within asin(radius / r) of
+ * the direction from the centre. A cone about the centre wider by that angle holds the light of all, and cuts the
+ * segment's line as a lamp's own cone does (beam.h): in one piece, unless it is wider than a half space, where the whole
+ * segment is taken. The angle is that at the segment's nearest point first, then at the nearest of the piece.
  */
 #ifndef BRUME_LIGHT_TREE_CL_H
 #define BRUME_LIGHT_TREE_CL_H
@@ -57,8 +60,8 @@ FN real light_weight_held(real w) {
     return some ? lmin(w, R(1e36)) : R(1e-36);
 }
 
-/* A segment o + t d, t in [0, t_end], as a cluster sees it, and the piece t0 ... t1 of it that the cluster's cone holds, t
- * from the closest point on. */
+/* A segment o + t d, t in [0, t_end], as a cluster sees it, and the piece t0 ... t1 of it that the cluster's cone
+ * holds, with t counted from the closest point. */
 typedef struct {
     real delta, D2, radius, versine, t0, t1;
     mask reached;
@@ -218,7 +221,7 @@ FN mask light_lamp_meets(const light_cluster *c, vec o, vec d, real t_end, real 
     mask at0 = (dot0 >= R(0)) & (square(dot0) >= cosine2 * fma(t0, t0, D2));
     mask at1 = (dot1 >= R(0)) & (square(dot1) >= cosine2 * fma(t1, t1, D2));
     mask after0 = fma(along_d, D2, along_e * t0) >= R(0), before1 = fma(along_d, D2, along_e * t1) <= R(0);
-    mask meets = near & (at0 | at1 | (after0 & before1));
+    mask meets = (near & (at0 | at1 | (after0 & before1))) | (D2 <= R(100) * square(off_by));
     return (c->flux > R(0)) & (t_end > R(0)) & (meets | (c->versine >= R(1)));
 }
 

@@ -191,7 +191,7 @@ typedef struct {
 SIZE_IS(b_light, 96);
 
 /* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. The tree
- * is blocks of up to sixteen clusters of lamps, as rows; unused places have flux 0. The root is block 0. child >= 0: the
+ * is blocks of up to sixteen clusters of lamps, as rows; unused places have flux 0. The root is block 0. child > 0: the
  * block with the cluster's parts. child < 0: a leaf of code % LIGHT_LEAF_BLOCKS + 1 blocks from block
  * code / LIGHT_LEAF_BLOCKS on, where code = ~child. In a leaf's blocks each cluster is a lamp, and child its number. */
 #define LIGHT_BLOCK 16

@@ -1,9 +1,9 @@
 /* light_tree.c -- the tree over lamps (Conty Estevez & Kulla 2018, "Importance sampling of many lights with adaptive
  * tree splitting"): clusters of lamps that are close to each other and shine the same way.
  *
- * A block's set of lamps is split in two, then the costliest part again, until there are sixteen. Splits are binned as in
- * lib/bvh_split.c, along the three coordinates of the place and the three of the axis: among narrow spots that hang side
- * by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are taken without looking, which
+ * A block's set of lamps is split in two, then the costliest part again, until there are sixteen or all are leaves.
+ * Splits are binned as in lib/bvh_split.c, along the three coordinates of the place and the three of the axis: among
+ * narrow spots that hang side by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are taken without looking, which
  * bounds the depth and the recursion. One thread, no hashing: the same lamps give the same tree.
  */
 #include "light_tree.h"
@@ -42,7 +42,7 @@ typedef struct {
 typedef struct {
     lamp *lamps;
     b_light_block *blocks;
-    uint32_t block_count, capacity;
+    uint32_t block_count, capacity, leaves;
     double flux, reach;
 } builder;
 
@@ -153,7 +153,7 @@ static binning bins_of(const builder *b, uint32_t first, uint32_t count) {
     return bins;
 }
 
-/* How many of the lamps, sorted so that they come first, go to the left half; in the middle where nothing parts them. */
+/* How many of the lamps, sorted so that they come first, go to the left half; half of them where nothing parts them. */
 static uint32_t split(builder *b, uint32_t first, uint32_t count, uint32_t depth) {
     binning bins = bins_of(b, first, count);
     double best = INFINITY;
@@ -248,6 +248,7 @@ static int build_leaf(builder *b, uint32_t first, uint32_t count) {
     uint32_t blocks = (count + LIGHT_BLOCK - 1) / LIGHT_BLOCK;
     int at = add_blocks(b, blocks);
     if (at < 0) return 0;
+    b->leaves++;
     for (uint32_t i = 0; i < count; i++) {
         b_light_block *block = &b->blocks[(uint32_t)at + i / LIGHT_BLOCK];
         cluster one = of_lamp(&b->lamps[first + i]);
@@ -277,7 +278,8 @@ static int build_block(builder *b, uint32_t first, uint32_t count, uint32_t dept
     if (at < 0) return -1;
     for (uint32_t k = 0; k < used; k++) {
         int leaf = is_leaf(&parts[k]);
-        int child = leaf ? build_leaf(b, firsts[k], parts[k].count) : build_block(b, firsts[k], parts[k].count, depth + 1);
+        uint32_t n = parts[k].count;
+        int child = leaf ? build_leaf(b, firsts[k], n) : build_block(b, firsts[k], n, depth + 1);
         if (leaf ? child == 0 : child < 0) return -1;
         store_cluster(b, &b->blocks[at], k, firsts[k], &parts[k]);
         b->blocks[at].child[k] = child;
@@ -341,6 +343,7 @@ brume_result brume_light_tree_build(brume_context *context, b_light *lights, uin
         sort_lights(b.lamps, placed, lights, count, sorted);
         out->blocks = b.blocks;
         out->block_count = b.block_count;
+        out->leaves = b.leaves;
         out->placed = placed;
         out->flux = b.flux;
     } else {

@@ -1,8 +1,8 @@
 /* test_light_tree.c -- the tree over lamps: what lib/light_tree.c builds, and the choices that cl/light_tree.h makes by it
  * for segments of rays and for points.
  *
- * Every cluster's weight and every lamp's own are read from the device for all queries; from them follows, in double,
- * with what probability each lamp is chosen. Choices are held against that by chi-square, and what they estimate against
+ * Every cluster's weight, every lamp's own and which lamps a leaf looks at are read from the device for all queries; from
+ * them follows, in double, with what probability each lamp is chosen. Choices are held against that by chi-square, and what they estimate against
  * the sum over all lamps by t-tests: one family at CONFIDENCE (stats.h), counted by TESTS. What lamps contribute is
  * computed here, in double, by a rule over the angle that the lamp sees the segment under; as the sum and the estimate
  * use the same numbers, its error doesn't matter.
@@ -144,7 +144,8 @@ static b_light make_spot(const double position[3], const double axis[3], double 
 /* Narrow spots above a floor of 40 x 40, aimed down at a slant. */
 static b_light stage_spot(uint64_t *seed) {
     double position[3] = {random_in(seed, -20, 20), random_in(seed, -20, 20), random_in(seed, 3, 8)};
-    double tilt = random_in(seed, 0, PI / 4), phi = random_in(seed, 0, 2 * PI), cutoff = random_in(seed, 3, 12) * PI / 180;
+    double tilt = random_in(seed, 0, PI / 4), phi = random_in(seed, 0, 2 * PI);
+    double cutoff = random_in(seed, 3, 12) * PI / 180;
     double axis[3] = {sin(tilt) * cos(phi), sin(tilt) * sin(phi), -cos(tilt)};
     return make_spot(position, axis, cutoff, 0.75 * cutoff, pow(10, random_in(seed, 0, 1.5)));
 }
@@ -284,35 +285,40 @@ static void contribute(void) {
 
 /* ---- the device -------------------------------------------------------------------------------------------------- */
 
-static void run(const char *text, uint32_t lanes, size_t elements, const device_array *more, size_t more_count) {
+static void run(const char *text, uint32_t lanes, int samples, size_t elements, const device_array *more,
+                size_t more_count) {
     device_array arrays[6] = {{READ_RAW, &now.params, sizeof now.params},
                               {READ_RAW, now.lights, now.count * sizeof *now.lights},
                               {READ_RAW, now.tree.blocks, now.tree.block_count * sizeof *now.tree.blocks},
                               {READ_REAL, now.query, PLANES * QUERIES}};
     char options[120];
     memcpy(arrays + 4, more, more_count * sizeof *more);
-    snprintf(options, sizeof options, "-DFEATURES=521 -DPOINT=%d -DSAMPLES=%d -DQUERIES=%d", now.is_point, SAMPLES,
+    snprintf(options, sizeof options, "-DFEATURES=521 -DPOINT=%d -DSAMPLES=%d -DQUERIES=%d", now.is_point, samples,
              QUERIES);
     device_test_run(text, options, lanes, BRUME_PRECISION_FLOAT, elements, arrays, 4 + more_count);
 }
 
-static void choose(uint32_t lanes) {
-    enum { ALL = QUERIES * SAMPLES };
-    static double u[ALL], out[2 * ALL];
+/* `samples` for each query, at most SAMPLES. */
+static void choose_some(uint32_t lanes, int samples) {
+    static double u[QUERIES * SAMPLES], out[2 * QUERIES * SAMPLES];
+    size_t all = (size_t)QUERIES * (size_t)samples;
     uint64_t seed = 99;
-    for (int i = 0; i < ALL; i++) u[i] = test_random_unit(&seed);
-    const device_array arrays[] = {{READ_REAL, u, ALL}, {WRITE_REAL, out, 2 * ALL}};
-    run(choose_text, lanes, ALL, arrays, 2);
+    for (size_t i = 0; i < all; i++) u[i] = test_random_unit(&seed);
+    const device_array arrays[] = {{READ_REAL, u, all}, {WRITE_REAL, out, 2 * all}};
+    run(choose_text, lanes, samples, all, arrays, 2);
     now.choice = out;
-    now.share = out + ALL;
+    now.share = out + all;
 }
+
+static void choose(uint32_t lanes) { choose_some(lanes, SAMPLES); }
 
 /* The probability of each of `count` lamps that a reservoir chosen with `p` is offered. */
 static void share_out(int q, uint32_t first, uint32_t count, double p, const double *weight) {
     double total = 0, some = 0;
     for (uint32_t k = 0; k < count; k++) total += weight[k], some += weight[k] > 0;
+    double *probability = now.probability + (size_t)q * now.count + first;
     for (uint32_t k = 0; k < count; k++)
-        if (weight[k] > 0) now.probability[(size_t)q * now.count + first + k] = p * (0.1 / some + 0.9 * weight[k] / total);
+        if (weight[k] > 0) probability[k] = p * (0.1 / some + 0.9 * weight[k] / total);
 }
 
 /* `clusters` and `reached`: of the query, LIGHT_BLOCK a block. */
@@ -345,11 +351,12 @@ static void descend(int q, int at, double p, const double *clusters, const doubl
 static void weigh_by(int tree) {
     size_t blocks = now.tree.block_count, n = blocks * QUERIES * LIGHT_BLOCK, row = blocks * LIGHT_BLOCK;
     double *out = room(2 * n, sizeof *out), *lamps = room((size_t)now.count * QUERIES, sizeof *lamps);
-    double *clusters = room(2 * row, sizeof *clusters), *reached = clusters + row, *weight = room(now.count, sizeof *weight);
+    double *clusters = room(2 * row, sizeof *clusters), *reached = clusters + row;
+    double *weight = room(now.count, sizeof *weight);
     const device_array block_arrays[] = {{WRITE_REAL, out, 2 * n}};
     const device_array lamp_arrays[] = {{WRITE_REAL, lamps, (size_t)now.count * QUERIES}};
-    if (tree) run(block_text, 16, n, block_arrays, 1);
-    run(lamp_text, 16, (size_t)now.count * QUERIES, lamp_arrays, 1);
+    if (tree) run(block_text, 16, SAMPLES, n, block_arrays, 1);
+    run(lamp_text, 16, SAMPLES, (size_t)now.count * QUERIES, lamp_arrays, 1);
     free(now.probability);
     now.probability = room((size_t)QUERIES * now.count, sizeof(double));
     for (int q = 0; q < QUERIES; q++) {
@@ -613,7 +620,8 @@ static void estimates_meet_the_sum(void **state) {
             if (p < stats_level(CONFIDENCE, TESTS)) fail_msg("scene %d, points %d: p = %g", scene, is_point, p);
             p = estimate_p(1.03, &variance); /* planted: shares off by 3 % */
             if (p > stats_level(CONFIDENCE, TESTS))
-                fail_msg("scene %d, points %d: 3 %% weren't noticed, p = %g, variance %g", scene, is_point, p, variance);
+                fail_msg("scene %d, points %d: 3 %% weren't noticed: p = %g, variance %g", scene, is_point, p,
+                         variance);
         }
 }
 
@@ -656,15 +664,16 @@ static double relative_variance(const double *p, double *out_wasted) {
 
 static double seconds_per_choice(int tree) {
     double best = 1e30;
+    int samples = tree || now.count <= 100 ? 1 << 12 : now.count <= 1000 ? 1 << 9 : 1 << 7;
     now.params.light_tree_blocks = tree ? (int)now.tree.block_count : 0;
-    choose(16);
+    choose_some(16, samples);
     for (int i = 0; i < 3; i++) {
         double start = brume_seconds();
-        choose(16);
+        choose_some(16, samples);
         best = fmin(best, brume_seconds() - start);
     }
     now.params.light_tree_blocks = (int)now.tree.block_count;
-    return best / (QUERIES * SAMPLES);
+    return best / (QUERIES * samples);
 }
 
 /* Kinds of scenes as make_scene has them, for segments and for points. */
@@ -672,8 +681,8 @@ static void measure(void **state) {
     (void)state;
     static const uint32_t counts[] = {10, 20, 30, 60, 100, 300, 1000, 3000, 10000};
     static const char *kinds[] = {"odd", "stage", "", "points"};
-    printf("%16s %6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "", "lamps", "uniform", "power", "loop", "tree", "missed", "loop ns",
-           "tree ns", "build ms");
+    printf("%16s %6s %9s %9s %9s %9s %9s %9s %9s %9s\n", "", "lamps", "uniform", "power", "loop", "tree", "missed",
+           "loop ns", "tree ns", "build ms");
     for (int i = 0; i < 6 * (int)(sizeof counts / sizeof *counts); i++) {
         int kind = i / (int)(sizeof counts / sizeof *counts), is_point = kind % 2;
         uint32_t count = counts[(size_t)i % (sizeof counts / sizeof *counts)];
@@ -697,6 +706,7 @@ static void measure(void **state) {
         printf("%7s %8s %6u %9.3g %9.3g %9.3g %9.3g %9.3g %9.0f %9.0f %9.1f\n", kinds[kind],
                is_point ? "surface" : "segment", count, uniform, power, loop, tree, missed, 1e9 * seconds_per_choice(0),
                1e9 * seconds_per_choice(1), 1e3 * built);
+        fflush(stdout);
     }
 }
 
