@@ -19,7 +19,8 @@
  *            tree       ns  1194   1217   1068   1541   1540   1966
  *            loop       variance   0.37  0.30  0.31  0.19  0.30   0.33
  *            tree       variance   0.37  0.47  0.55    19    15      7
- * Up to hundreds of narrow spots the tree is one leaf, which chooses as well as the loop. */
+ * Up to hundreds of narrow spots the tree is one leaf, which chooses as well as the loop. In whole pictures of such a
+ * stage in fog, variance times time falls by 2.6 at 100 spots, 5 at 1000 and 17 at 10000. */
 enum { BRUME_LIGHT_TREE_LEAST = 128, BRUME_LIGHT_TREE_LEAST_LEAF = 32 };
 
 typedef struct brume_light_tree {
