@@ -91,6 +91,7 @@ typedef union { ireal all; int1 one[LANES]; } lanes_of_ireal;
 #define FALSE_MASK ((mask)0)
 FN ireal lane_index(void) { return 0; }
 FN int count_lanes(mask m) { return m != 0; }
+FN uint mask_bits(mask m) { return m != 0; }
 #else
 #define TRUE_MASK ((mask)(-1))
 #define FALSE_MASK ((mask)(0))
@@ -116,6 +117,22 @@ FN int count_lanes(mask m) { return (int)popcount(as_uint(convert_char4(m)) & 0x
 #else
 #error "LANES must be 1, 4, 8 or 16"
 #endif
+
+/* Lane k's as bit k. */
+FN uint mask_bits(mask m) {
+#if LANES == 16
+    uint16 b = as_uint16(convert_int16(m)) & ((uint16)(1) << convert_uint16(lane_index()));
+    uint8 c = b.lo | b.hi;
+    uint4 e = c.lo | c.hi;
+#elif LANES == 8
+    uint8 c = as_uint8(convert_int8(m)) & ((uint8)(1) << convert_uint8(lane_index()));
+    uint4 e = c.lo | c.hi;
+#else
+    uint4 e = as_uint4(convert_int4(m)) & ((uint4)(1) << convert_uint4(lane_index()));
+#endif
+    uint2 f = e.lo | e.hi;
+    return f.x | f.y;
+}
 #endif
 
 /* Random bits have their own width: the select for them. */

@@ -32,6 +32,7 @@ typedef struct {
     __global const b_light *lights;
     __global const b_emitter *emitters;
     __global const float *cdf, *filter;
+    __global const b_light_block *light_tree;
     __global uchar *plan;  /* of this work-item's first pixel, or NULL; see shared.h */
     size_t plan_stride;    /* from lamp to lamp */
     int is_pilot;          /* writes the plan; else reads it */
@@ -44,7 +45,8 @@ typedef struct {
         __global const float *positions, __global const float *normals, __global const float *uvs,                  \
         __global const b_shape *shapes, __global const b_bsdf *bsdfs, __global const b_texture *textures,           \
         __global const float *texels, __global const b_medium *media, __global const b_light *lights,               \
-        __global const b_emitter *emitters, __global const float *cdf, __global const float *filter
+        __global const b_emitter *emitters, __global const float *cdf, __global const float *filter,   \
+        __global const b_light_block *light_tree
 
 #define SCENE_FROM_PARAMETERS(s)                \
     scene s;                                    \
@@ -67,6 +69,7 @@ typedef struct {
     s.emitters = emitters;                      \
     s.cdf = cdf;                                \
     s.filter = filter;                          \
+    s.light_tree = light_tree;                  \
     s.plan = NULL;                              \
     s.plan_stride = 0;                          \
     s.is_pilot = 0

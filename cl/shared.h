@@ -30,7 +30,8 @@ typedef uint32_t b_uint;
 #define FEATURE_SPECULAR 64    /* any BSDF besides diffuse and null */
 #define FEATURE_TEXTURES 128
 #define FEATURE_GUIDES 256     /* first-hit albedo, normal and depth are recorded */
-#define FEATURE_ALL 511
+#define FEATURE_MANY_LIGHTS 512 /* a light tree */
+#define FEATURE_ALL 1023
 
 /* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
 #define STRATEGY_AUTO 0
@@ -189,6 +190,22 @@ typedef struct {
 } b_light;
 SIZE_IS(b_light, 96);
 
+/* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. The tree
+ * is blocks of up to sixteen clusters of lamps, as rows; unused places have flux 0. The root is block 0. child > 0: the
+ * block with the cluster's parts. child < 0: a leaf of code % LIGHT_LEAF_BLOCKS + 1 blocks from block
+ * code / LIGHT_LEAF_BLOCKS on, where code = ~child. In a leaf's blocks each cluster is a lamp, and child its number. */
+#define LIGHT_BLOCK 16
+#define LIGHT_LEAF_BLOCKS 64
+typedef struct {
+    float x[LIGHT_BLOCK], y[LIGHT_BLOCK], z[LIGHT_BLOCK];
+    float radius[LIGHT_BLOCK];    /* the lamps stand within it of the place */
+    float axis_x[LIGHT_BLOCK], axis_y[LIGHT_BLOCK], axis_z[LIGHT_BLOCK];
+    float versine[LIGHT_BLOCK];   /* they shine within an angle of the axis: 1 - cos of it, 2 for everywhere */
+    float flux[LIGHT_BLOCK];      /* luminance of intensity times solid angle; of all lamps together: 1 */
+    int child[LIGHT_BLOCK];
+} b_light_block;
+SIZE_IS(b_light_block, 640);
+
 #define EMITTER_TRIANGLE 0
 #define EMITTER_SPHERE 1
 #define EMITTER_DISK 2
@@ -258,8 +275,12 @@ typedef struct {
     int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
     int lamp_cdf;                /* first of light_count + 1 entries in cdf[]: lamps by power; directional ones have none */
     int has_null, has_specular;  /* FEATURE_NULL, FEATURE_SPECULAR of the scene: a program may be built for more */
+    int light_tree_blocks;       /* 0: lamps are few, and all are looked at */
+    int light_tree_lamps;        /* the first ones, which the tree has */
+    float light_tree_scale;      /* 1 / luminous flux of those */
+    int pad;
 } b_params;
-SIZE_IS(b_params, 304);
+SIZE_IS(b_params, 320);
 
 /* ---- film ------------------------------------------------------------------------------------------------------- */
 

@@ -17,8 +17,9 @@ PIN(b_bsdf, 80);
 PIN(b_texture, 80);
 PIN(b_medium, 48);
 PIN(b_light, 96);
+PIN(b_light_block, 640);
 PIN(b_emitter, 16);
-PIN(b_params, 304);
+PIN(b_params, 320);
 
 brume_result brume_arrays_alloc(const brume_scene *scene, const char *what, size_t count, size_t size,
                                 void *out_pointer) {
@@ -150,5 +151,6 @@ void brume_arrays_free(brume_arrays *arrays) {
     free(arrays->emitters);
     free(arrays->cdf);
     free(arrays->filter);
+    brume_light_tree_free(&arrays->light_tree);
     memset(arrays, 0, sizeof *arrays);
 }

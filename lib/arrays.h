@@ -3,6 +3,7 @@
 #define BRUME_ARRAYS_H
 
 #include "bvh.h"
+#include "light_tree.h"
 #include "scene.h"
 
 typedef struct brume_arrays {
@@ -18,6 +19,7 @@ typedef struct brume_arrays {
     float *texels;         /* RGB triples: bitmaps, then the environment map */
     b_medium *media;
     b_light *lights;
+    brume_light_tree light_tree; /* none where lamps are few */
     b_emitter *emitters;
     float *cdf;            /* emitters, then the environment's */
     float *filter;         /* inverse cumulative of the reconstruction filter, see cl/filter.h */

@@ -17,7 +17,8 @@ brume_result brume_arrays_surfaces(const brume_scene *scene, brume_arrays *array
 /* media, the sensor's too; FEATURE_MEDIA. */
 brume_result brume_arrays_media(const brume_scene *scene, brume_arrays *arrays);
 
-/* lights, emitters and their part of cdf; FEATURE_DELTA_LIGHTS, AREA_LIGHTS. After geometry. */
+/* lights and their tree, emitters and their part of cdf; FEATURE_DELTA_LIGHTS, MANY_LIGHTS, AREA_LIGHTS. After
+ * geometry. */
 brume_result brume_arrays_lights(const brume_scene *scene, brume_arrays *arrays);
 
 /* The environment's radiance, or its texels and its part of cdf; FEATURE_ENVIRONMENT. After surfaces and lights. */

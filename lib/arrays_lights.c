@@ -146,8 +146,26 @@ static brume_result emitters(const brume_scene *scene, brume_arrays *arrays) {
     return BRUME_OK;
 }
 
+static brume_result light_tree(const brume_scene *scene, brume_arrays *arrays) {
+    b_params *p = &arrays->params;
+    if (arrays->light_count < BRUME_LIGHT_TREE_LEAST_LEAF)
+        return BRUME_OK;
+    brume_light_tree *tree = &arrays->light_tree;
+    BRUME_TRY(brume_light_tree_build(scene->context, arrays->lights, arrays->light_count, tree));
+    if (tree->leaves == 0 || (tree->leaves > 1 && arrays->light_count < BRUME_LIGHT_TREE_LEAST)) {
+        brume_light_tree_free(tree);
+        return BRUME_OK;
+    }
+    p->light_tree_blocks = (int)tree->block_count;
+    p->light_tree_lamps = (int)tree->placed;
+    p->light_tree_scale = brume_light_tree_scale(tree);
+    arrays->features |= FEATURE_MANY_LIGHTS;
+    return BRUME_OK;
+}
+
 brume_result brume_arrays_lights(const brume_scene *scene, brume_arrays *arrays) {
     BRUME_TRY(delta_lights(scene, arrays));
+    BRUME_TRY(light_tree(scene, arrays));
     BRUME_TRY(lamp_table(scene, arrays));
     return emitters(scene, arrays);
 }

@@ -102,6 +102,7 @@ static brume_result upload_arrays(brume_render *render, const brume_arrays *a) {
         {a->emitters, a->emitter_count * sizeof *a->emitters},
         {a->cdf, a->cdf_count * sizeof(float)},
         {a->filter, a->filter_count * sizeof(float)},
+        {a->light_tree.blocks, a->light_tree.block_count * sizeof *a->light_tree.blocks},
     };
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++) {
         brume_result result = upload(render, i, arrays[i].data, arrays[i].size);

@@ -6,7 +6,7 @@
 #include "device.h"
 #include "film.h"
 
-enum { BRUME_SCENE_BUFFERS = 18 }; /* the kernel parameters of cl/scene.h */
+enum { BRUME_SCENE_BUFFERS = 19 }; /* the kernel parameters of cl/scene.h */
 
 struct brume_render {
     brume_device *device; /* retained */
