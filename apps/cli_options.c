@@ -42,11 +42,12 @@ static const option options_table[OPTION_COUNT] = {
     [OPTION_SPP] = {0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] = {0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
     [OPTION_SEED] = {0, "seed", "S", "seed of the random numbers (default: the scene's)"},
-    [OPTION_STRATEGY] = {0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance, equiangular,\n"
-                                                    "equiangular-cone, mis, product, systematic, raster; N: positions on\n"
-                                                    "a segment, for the last two (default: the scene's, else auto)"},
-    [OPTION_INDIRECT] = {0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture, ray-lights\n"
-                                                "(default: the scene's, else auto)"},
+    [OPTION_STRATEGY] = {0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
+                                                    "equiangular, equiangular-cone, mis, product, systematic,\n"
+                                                    "raster; N: positions on a segment, for the last two\n"
+                                                    "(default: the scene's, else auto)"},
+    [OPTION_INDIRECT] = {0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
+                                                "ray-lights (default: the scene's, else auto)"},
     [OPTION_CROP] = {0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_EXPOSURE] = {0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},

@@ -177,8 +177,8 @@ FN real beam_path(const beam *g, real t, real distance) {
     return t < R(0) ? square(g->D) / (distance - t) : t + distance;
 }
 
-/* 1 - cos of the scattering angle, counted from the phase function's peak. Directions of travel: light arrives along
- * (D n + t' d) / distance, and leaves for the eye along -d; so it is 1 + t'/distance, or 1 - t'/distance for g < 0, where
+/* 1 - cos of the scattering angle, counted from the phase function's peak. Directions of travel: light arrives along (D
+ * n + t' d) / distance, and leaves for the eye along -d; so it is 1 + t'/distance, or 1 - t'/distance for g < 0, where
  * 2 - v would lose the digits near the peak. */
 FN real beam_turn(const beam *g, real t, real distance, real phase_g) {
     real s = t / distance;

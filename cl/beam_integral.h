@@ -1,11 +1,12 @@
-/* beam_integral.h -- all the light that one lamp scatters along a lit interval that nothing hides: quadrature, no noise.
+/* beam_integral.h -- all the light that one lamp scatters along a lit interval that nothing hides: quadrature, no
+ * noise.
  *
  * Gauss-Legendre with 8 nodes on each of three panels, cut at the edges of the spot's full beam, where the falloff has
- * its kinks. Such a rule converges like r^-16 where the integrand has no singularity within the ellipse around the panel
- * whose half axes add up to r times half its width (Trefethen 2013, ch. 19). Those that there are: the phase function's
- * peak at theta = -pi/2 (pi/2 for g < 0), off the real axis by 2 asinh((1 - |g|) / (2 sqrt |g|)); the infinite end of the
- * ray at pi/2; and the falloff's corner at the spot's axis. beam_integral says in `exact` where all are far enough for a
- * relative error below 3e-6; in the other lanes the caller samples instead.
+ * its kinks. Such a rule converges like r^-16 where the integrand has no singularity within the ellipse around the
+ * panel whose half axes add up to r times half its width (Trefethen 2013, ch. 19). Those that there are: the phase
+ * function's peak at theta = -pi/2 (pi/2 for g < 0), off the real axis by 2 asinh((1 - |g|) / (2 sqrt |g|)); the
+ * infinite end of the ray at pi/2; and the falloff's corner at the spot's axis. beam_integral says in `exact` where all
+ * are far enough for a relative error below 3e-6; in the other lanes the caller samples instead.
  */
 #ifndef BRUME_BEAM_INTEGRAL_H
 #define BRUME_BEAM_INTEGRAL_H

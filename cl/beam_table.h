@@ -1,9 +1,10 @@
-/* beam_table.h -- sampling a lit interval in proportion to everything but visibility: 1/distance^2, transmittance, phase
- * function and the lamp's falloff.
+/* beam_table.h -- sampling a lit interval in proportion to everything but visibility: 1/distance^2, transmittance,
+ * phase function and the lamp's falloff.
  *
- * The interval's angle is cut into equal cells; the integrand at their edges makes a piecewise linear density (piecewise.h).
- * It warps the equiangular variate u to another u', so whatever samples equiangularly samples the product by sampling at u'
- * and dividing by the density. The integrand only shapes the density: that it is computed roughly here costs noise at most.
+ * The interval's angle is cut into equal cells; the integrand at their edges makes a density (piecewise.h).
+ * It warps the equiangular variate u to another u', so whatever samples equiangularly samples the product by sampling
+ * at u' and dividing by the density. The integrand only shapes the density: that it is computed roughly here costs
+ * noise at most.
  */
 #ifndef BRUME_BEAM_TABLE_H
 #define BRUME_BEAM_TABLE_H
@@ -40,7 +41,8 @@ FN piecewise beam_table_of(const beam *g, const lamp *l, beam_interval i, real s
     int any_cone = ANY(l->cone);
     for (int k = 0; k <= PIECES; k++) {
         table.node[k] = table.node[k] * lexp(thinnest - depth[k]);
-        if (any_cone) table.node[k] = table.node[k] * beam_table_falloff(g, l, fma(i.width, R(k / (float)PIECES), i.x0));
+        real x = fma(i.width, R(k / (float)PIECES), i.x0);
+        if (any_cone) table.node[k] = table.node[k] * beam_table_falloff(g, l, x);
     }
     piecewise_finish(&table);
     return table;

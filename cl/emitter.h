@@ -92,8 +92,8 @@ FN vec segment_nearest(vec o, vec d, real t_end, vec c) {
     return vmad(d, lclamp(vdot(vsub(c, o), d), R(0), t_end), o);
 }
 
-/* On piece `at`. A sphere's point is chosen over the cone under which o sees it; or, `by_area`, evenly over the half that
- * faces the segment o + t d, where it comes closest. */
+/* On piece `at`. A sphere's point is chosen over the cone under which o sees it; or, `by_area`, evenly over the half
+ * that faces the segment o + t d, where it comes closest. */
 FN emitter_place emitter_place_of(const scene *s, ireal at, vec o, vec d, real t_end, mask by_area, real u, real v,
                                   mask live) {
     emitter_place e;

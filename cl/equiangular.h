@@ -1,5 +1,5 @@
-/* equiangular.h -- points of a line, evenly spaced in the angle at which a point beside it sees them: density proportional
- * to 1/distance^2 (Kulla & Fajardo 2012).
+/* equiangular.h -- points of a line, evenly spaced in the angle at which a point beside it sees them: density
+ * proportional to 1/distance^2 (Kulla & Fajardo 2012).
  *
  * Positions count from the line's closest point, D away from the point beside it.
  */

@@ -143,8 +143,8 @@ FN ireal lamp_choose_for_segment(const scene *s, vec o, vec d, real t_end, const
     return r.choice;
 }
 
-/* For a surface point p with normal n, seen from the side that `front` says (1 or -1): every surface that is not specular
- * only reflects, and a lamp on the other side gives it nothing. n of length 0: a point in a medium. */
+/* For a surface point p with normal n, seen from the side that `front` says (1 or -1): every surface that is not
+ * specular only reflects, and a lamp on the other side gives it nothing. n of length 0: a point in a medium. */
 FN ireal lamp_choose_for_point(const scene *s, vec p, vec n, real front, mask in_medium, real u, mask live,
                                real *share) {
     light_query q;

@@ -1,18 +1,20 @@
 /* light_tree.h -- choosing one of many lamps by a tree over them (lib/light_tree.c): Conty Estevez & Kulla 2018, for
  * segments of rays through a medium and for points.
  *
- * From the root down, one of sixteen clusters of lamps is chosen in proportion to what they would scatter to the eye, or
- * bring to the point, if their light filled the cone that holds all of it: 0 only where no lamp of the cluster reaches.
- * In a leaf the lamps' own weights decide (light_choice.h). Among thin beams hardly a cluster tells which of them a ray
- * meets; only the lamps do, one by one. So leaves are large, and a test of few products says which lamps to weigh.
+ * From the root down, one of sixteen clusters of lamps is chosen in proportion to what they would scatter to the eye,
+ * or bring to the point, if their light filled the cone that holds all of it: 0 only where no lamp of the cluster
+ * reaches. In a leaf the lamps' own weights decide (light_choice.h). Among thin beams hardly a cluster tells which of
+ * them a ray meets; only the lamps do, one by one. So leaves are large, and a test of few products says which lamps to
+ * weigh.
  *
- * Each lane goes down alone, with the clusters of a block in the lanes of the vector unit: rows are loaded as they stand,
- * while lanes together would gather them from as many nodes. Sums run over one block in its order, at every width.
+ * Each lane goes down alone, with the clusters of a block in the lanes of the vector unit: rows are loaded as they
+ * stand, while lanes together would gather them from as many nodes. Sums run over one block in its order, at every
+ * width.
  *
- * What a cluster reaches: a point at distance r from its centre is seen from any of its lamps within asin(radius / r) of
- * the direction from the centre. A cone about the centre wider by that angle holds the light of all, and cuts the
- * segment's line as a lamp's own cone does (beam.h): in one piece, unless it is wider than a half space, where the whole
- * segment is taken. The angle is that at the segment's nearest point first, then at the nearest of the piece.
+ * What a cluster reaches: a point at distance r from its centre is seen from any of its lamps within asin(radius / r)
+ * of the direction from the centre. A cone about the centre wider by that angle holds the light of all, and cuts the
+ * segment's line as a lamp's own cone does (beam.h): in one piece, unless it is wider than a half space, where the
+ * whole segment is taken. The angle is that at the segment's nearest point first, then at the nearest of the piece.
  */
 #ifndef BRUME_LIGHT_TREE_CL_H
 #define BRUME_LIGHT_TREE_CL_H
@@ -120,8 +122,8 @@ FN real light_cluster_segment(const light_cluster *c, vec o, vec d, real t_end, 
     return p.reached ? light_weight_held(c->flux / p.versine * width * f) : R(0);
 }
 
-/* Whether a cluster reaches p from the side of normal n that `front` says, or from any in a medium. *versine: of the cone
- * that holds its light; *most: a bound of the cosine that it arrives at. */
+/* Whether a cluster reaches p from the side of normal n that `front` says, or from any in a medium. *versine: of the
+ * cone that holds its light; *most: a bound of the cosine that it arrives at. */
 FN mask light_cluster_reaches(const light_cluster *c, vec p, vec n, real front, mask in_medium, real slack,
                               real *d2, real *versine, real *most) {
     vec w = vsub(p, c->center);
@@ -205,8 +207,8 @@ FN light_weights light_block_weights(__global const b_light_block *block, const 
 }
 
 /* Which lamps of a leaf's block light some of the segment: as light_cluster_piece, but with products only, as this is
- * asked of many. A cone narrower than a half space meets the plane of the lamp and the line if its axis is near enough to
- * it; the segment, if the axis points between its ends, or close enough to one. `slack`: see light_slack. */
+ * asked of many. A cone narrower than a half space meets the plane of the lamp and the line if its axis is near enough
+ * to it; the segment, if the axis points between its ends, or close enough to one. `slack`: see light_slack. */
 FN mask light_lamp_meets(const light_cluster *c, vec o, vec d, real t_end, real slack) {
     vec w = vsub(c->center, o);
     real delta = vdot(w, d), off_by = slack + c->radius;

@@ -39,8 +39,8 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
 
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
  *
- * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile. The
- * pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
+ * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile.
+ * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
 __kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
 void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
                   uint group_end, uint first_sample, uint samples, uint is_pilot) {

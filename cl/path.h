@@ -86,9 +86,9 @@ FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albed
 /* How often INDIRECT_MIXTURE turns towards a lamp. */
 #define LAMPWARD R(0.35)
 
-/* Instead of the phase function's direction `turned`, sometimes one about a lamp, evenly in the angle psi to it: density
- * 1 / (2 pi^2 sin psi). Which lamp is chosen first; then the two densities mix. Returns the direction, its density and,
- * in `weight`, the phase function over it. */
+/* Instead of the phase function's direction `turned`, sometimes one about a lamp, evenly in the angle psi to it:
+ * density 1 / (2 pi^2 sin psi). Which lamp is chosen first; then the two densities mix. Returns the direction, its
+ * density and, in `weight`, the phase function over it. */
 FN vec path_turn_to_lamp(const scene *s, const path *p, const vertex *v, vec turned, real u_choice, real u, real v_turn,
                          real *density, rgb *weight) {
     real share;
@@ -195,7 +195,8 @@ FN void path_step(const scene *s, const film *f, path *p) {
     mask specular = HAS(SPECULAR) ? bsdf_is_specular(&v.b) : FALSE_MASK;
 
     p->met = p->met | scatters | (reached & !null);
-    if (HAS(GUIDES) && !s->is_pilot) path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
+    if (HAS(GUIDES) && !s->is_pilot)
+        path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
 
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);

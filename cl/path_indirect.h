@@ -1,15 +1,15 @@
 /* path_indirect.h -- light that scatters at least twice, the second to last time in a medium: the segment of a path is
  * connected to a ray of light from a lamp.
  *
- * Along that ray light scatters everywhere (a virtual ray light: Novak, Nowrouzezahrai, Dachsbacher & Jarosz 2012, "Virtual
- * ray lights for rendering scenes with participating media"); and where it ends, a diffuse surface reflects it (an
- * instant radiosity light: Keller 1997, with the segment's point chosen equiangularly about it). One of the two is
+ * Along that ray light scatters everywhere (a virtual ray light: Novak, Nowrouzezahrai, Dachsbacher & Jarosz 2012,
+ * "Virtual ray lights for rendering scenes with participating media"); and where it ends, a diffuse surface reflects it
+ * (an instant radiosity light: Keller 1997, with the segment's point chosen equiangularly about it). One of the two is
  * connected to, in proportion to what they would give if nothing stood between.
  *
  * Who counts what: let the vertex next to the lamp be y and the one before it, seen from the lamp, x. If x lies in a
- * medium, and y in a medium or on a diffuse surface, the path is counted here, at the segment that holds x; and so neither
- * where a segment that starts in a medium gathers from lamps (path_medium.h), nor where a diffuse surface that was
- * reached from a medium samples them (path.h). All other paths are counted there and not here.
+ * medium, and y in a medium or on a diffuse surface, the path is counted here, at the segment that holds x; and so
+ * neither where a segment that starts in a medium gathers from lamps (path_medium.h), nor where a diffuse surface that
+ * was reached from a medium samples them (path.h). All other paths are counted there and not here.
  *
  * Points on the two rays: t on the segment by the inverse hyperbolic sine of the distance from where the rays are
  * closest, which cancels the distance between x and the ray of light; then s on the ray of light equiangularly about x,
@@ -32,8 +32,8 @@
 #define CONNECT_COARSE 4
 #endif
 
-/* Mean cosines beyond this make the connection follow the phase functions: at g = 0.5 half the variance, at 0.9 a seventh
- * of it, for twice the time. On the first segment alone it would be a tenth of that gain. */
+/* Mean cosines beyond this make the connection follow the phase functions: at g = 0.5 half the variance, at 0.9 a
+ * seventh of it, for twice the time. On the first segment alone it would be a tenth of that gain. */
 #ifndef CONNECT_PEAKED
 #define CONNECT_PEAKED 0.3
 #endif
@@ -61,10 +61,10 @@ FN real connect_turns(vec light_d, vec eye_d, vec y_to_x, real distance, real g)
     return phase_hg(light_d, w, g) * phase_hg(w, vneg(eye_d), g);
 }
 
-/* The same for x at distance D from the ray of light, whose closest point is `along` it, with extinction: at n + 1 points
- * of the ray, evenly spaced in the angle from x. Returns about its integral over the angle. */
-FN real connect_table(const light_ray *r, vec d, vec across, const equiangular_range *range, real along, const medium *m,
-                      int n, real *f) {
+/* The same for x at distance D from the ray of light, whose closest point is `along` it, with extinction: at n + 1
+ * points of the ray, evenly spaced in the angle from x. Returns about its integral over the angle. */
+FN real connect_table(const light_ray *r, vec d, vec across, const equiangular_range *range, real along,
+                      const medium *m, int n, real *f) {
     real t[PIECES + 1], sigma = cmean(m->sigma_t), sum = R(0);
     equiangular_nodes(range, n, t);
     for (int k = 0; k <= n; k++) {

@@ -1,8 +1,8 @@
 /* path_light.h -- light sampling where a path scatters: lamps without extent, emitters, environment.
  *
  * Lamps are sampled here at surfaces only: what they scatter in a medium has been gathered along the whole segment
- * already (path_medium.h); but with STRATEGY_DISTANCE here, too. Emitters and the environment can also be met by the path itself, so that light sampling
- * and path share the work by the power heuristic (Veach 1997).
+ * already (path_medium.h); but with STRATEGY_DISTANCE here, too. Emitters and the environment can also be met by the
+ * path itself, so that light sampling and path share the work by the power heuristic (Veach 1997).
  */
 #ifndef BRUME_PATH_LIGHT_H
 #define BRUME_PATH_LIGHT_H

@@ -1,8 +1,9 @@
-/* piecewise.h -- a density on [0, 1] that is linear between PIECES + 1 evenly spaced nodes: made from rough values of an
- * integrand, it says where to sample it.
+/* piecewise.h -- a density on [0, 1] that is linear between PIECES + 1 evenly spaced nodes: made from rough values of
+ * an integrand, it says where to sample it.
  *
- * A floor keeps the density away from 0, against what the values don't know (occluders above all) and for integrands that
- * happen to vanish at a node. One inversion warps a uniform variate, which keeps the structure of low-discrepancy points.
+ * A floor keeps the density away from 0, against what the values don't know (occluders above all) and for integrands
+ * that happen to vanish at a node. One inversion warps a uniform variate, which keeps the structure of low-discrepancy
+ * points.
  */
 #ifndef BRUME_PIECEWISE_H
 #define BRUME_PIECEWISE_H

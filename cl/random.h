@@ -24,7 +24,7 @@ enum {
     SET_MEDIUM,  /* x: which lamp; y: technique, colour channel; z: distance to gather light at; w: free flight */
     SET_SURFACE, /* x: lobe; y, z: direction (also of the phase function); w: roulette */
     SET_LIGHT,   /* x: which emitter; y, z: position on it; w: which lamp */
-    SET_INDIRECT, /* x: point on the ray of light; y, z: points of the segment, towards it and towards its end; w: which */
+    SET_INDIRECT, /* x: point on the ray of light; y, z: of the segment, towards it and towards its end; w: which */
     SET_EMITTER,  /* x: which emitter; y, z: position on it, for light gathered along the segment */
     SETS_PER_BOUNCE
 };

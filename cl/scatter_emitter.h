@@ -1,9 +1,10 @@
 /* scatter_emitter.h -- light of emitting surfaces and the environment along a segment through a medium.
  *
  * First a point of an emitter, or a direction to the environment; then the segment's points are chosen towards it as
- * towards a lamp (scatter_segment.h). A path can meet the same light by itself: by free flight to a point t and the phase
- * function's choice of a direction. Both ways count with weights that add up to 1 for every (t, place on the emitter): the
- * balance heuristic (Veach 1995) of densities that stand in for the true ones, because they can be told from both sides.
+ * towards a lamp (scatter_segment.h). A path can meet the same light by itself: by free flight to a point t and the
+ * phase function's choice of a direction. Both ways count with weights that add up to 1 for every (t, place on the
+ * emitter): the balance heuristic (Veach 1995) of densities that stand in for the true ones, because they can be told
+ * from both sides.
  */
 #ifndef BRUME_SCATTER_EMITTER_H
 #define BRUME_SCATTER_EMITTER_H

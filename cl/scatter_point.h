@@ -1,8 +1,8 @@
 /* scatter_point.h -- single scattering along a segment, estimated with one point of it: the lower rungs.
  *
  * STRATEGY_EQUIANGULAR takes the point equiangularly about the lamp over the whole segment (Kulla & Fajardo 2012),
- * EQUIANGULAR_CONE over what the lamp's cone lights of it; MIS does so half the time, and half the time in proportion to
- * transmittance there, combined by the balance heuristic (Veach 1995; Georgiev et al. 2013).
+ * EQUIANGULAR_CONE over what the lamp's cone lights of it; MIS does so half the time, and half the time in proportion
+ * to transmittance there, combined by the balance heuristic (Veach 1995; Georgiev et al. 2013).
  */
 #ifndef BRUME_SCATTER_POINT_H
 #define BRUME_SCATTER_POINT_H

@@ -1,12 +1,13 @@
 /* scatter_segment.h -- light of lamps scattered once towards the eye along a segment through a medium: the strategies.
  *
- * The lower rungs take one point (scatter_point.h). From STRATEGY_PRODUCT on, a lamp whose way to the segment is clear is
- * integrated without noise (beam_integral.h); else points are taken in proportion to all but visibility (beam_table.h): one
- * for PRODUCT, several with one common offset for SYSTEMATIC, and RASTER finds the visibility of all by one walk
- * (traverse_wedge.h). Systematic points share their offset because it is one dimension of a low-discrepancy set.
+ * The lower rungs take one point (scatter_point.h). From STRATEGY_PRODUCT on, a lamp whose way to the segment is clear
+ * is integrated without noise (beam_integral.h); else points are taken in proportion to all but visibility
+ * (beam_table.h): one for PRODUCT, several with one common offset for SYSTEMATIC, and RASTER finds the visibility of
+ * all by one walk (traverse_wedge.h). Systematic points share their offset because it is one dimension of a
+ * low-discrepancy set.
  *
- * STRATEGY_AUTO does what the upper rungs do where light comes straight to the eye, for every lamp if they are few. What
- * scattered before has more noise than one more point would remove: one lamp, one point.
+ * STRATEGY_AUTO does what the upper rungs do where light comes straight to the eye, for every lamp if they are few.
+ * What scattered before has more noise than one more point would remove: one lamp, one point.
  */
 #ifndef BRUME_SCATTER_SEGMENT_H
 #define BRUME_SCATTER_SEGMENT_H
@@ -20,20 +21,21 @@
 
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow rays. Half
- * a million thin branches take 235, a bunny 36, slats 12, a room 19. None is few enough to pay in pictures, where what
- * differs within a pixel is more than what the rays miss: rays that go together cost 10 ns each at 16 lanes. */
+/* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow
+ * rays. Half a million thin branches take 235, a bunny 36, slats 12, a room 19. None is few enough to pay in pictures,
+ * where what differs within a pixel is more than what the rays miss: rays that go together cost 10 ns each at 16 lanes.
+ * */
 #define PLAN_VISITS 24
 #ifndef PLAN_RASTER_VISITS
 #define PLAN_RASTER_VISITS 0
 #endif
 
-/* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which it
- * is chosen among others) by this. */
+/* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which
+ * it is chosen among others) by this. */
 #define SMALL_EMITTER R(100)
 
 /* Points of a lamp that nothing hides, where beam_integral doesn't suffice. */
-#define OPEN_POSITIONS 16
+#define OPEN_POSITIONS 32
 
 /* Closer to the ray than this share of the scene the lamp and the ray span no plane worth trusting. */
 #define WEDGE_LEAST R(1e-4)
@@ -101,22 +103,25 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
 }
 
 /* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS positions
- * are dark. */
+ * are dark. `margin`: how far the pixel's other rays stray; where nothing comes as near as that, they are all open. */
 #define PILOT_POSITIONS 16
-FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, mask live,
+FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, real margin, mask live,
                    __global uchar *row) {
     lanes_of_ireal in;
+    lanes_of_real margins;
     in.all = live;
+    margins.all = margin;
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
-        wedge w = wedge_between_ends(wedge_take(rows, k));
-        wedge_contents c = wedge_survey(&s->geometry, &w, 0, PLAN_VISITS);
+        wedge w = wedge_take(rows, k);
+        w.slack += margins.one[k];
+        wedge_contents c = wedge_survey(&s->geometry, &w, 0, 1, PLAN_VISITS);
         uint bits = dark->one[k], all = (1u << PILOT_POSITIONS) - 1;
         /* How often light and shadow take turns along the ray. */
         int edges = (int)popcount((bits ^ (bits >> 1)) & (all >> 1));
         uchar way = edges <= 1 ? PLAN_RAYS_2 : edges <= 5 ? PLAN_RAYS_4 : PLAN_RAYS_8;
         if (c.visits < PLAN_RASTER_VISITS) way = PLAN_RASTER;
-        if (c.touches == 0 || bits == 0) way = PLAN_INTEGRAL;
+        if (c.touches == 0) way = PLAN_INTEGRAL;
         if (bits == all) way = PLAN_ONE;
         row[k] = way;
     }
@@ -153,7 +158,8 @@ FN int scatter_positions(const scene *s, mask primary) {
     return STRATEGY == STRATEGY_PRODUCT || !ANY(primary) ? 1 : s->params->positions;
 }
 
-/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. plan: the lamp's row, or NULL. */
+/* All that a lamp scatters to the eye along its lit interval i, over the lamp's intensity. plan: the lamp's row, or
+ * NULL. */
 FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const beam *g, beam_interval i, real u,
                         __global uchar *plan, mask live) {
     lanes_of_real rows[16], t[WEDGE_POSITIONS];
@@ -166,25 +172,26 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
     /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c). */
     int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
-    ireal way = planned ? plan_read(plan) : I(PLAN_INTEGRAL);
+    ireal way = planned ? plan_read(plan) : I(PLAN_UNKNOWN);
     mask controlled = FALSE_MASK;
     if (!nulls) {
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
-        mask whole = planar & (way == I(PLAN_INTEGRAL)) & (l->light < I(0)) & !l->met;
-        if (STRATEGY == STRATEGY_AUTO && !s->is_pilot && ANY(whole)) {
-            integral all = beam_integral(g, l, i, &at->m);
-            controlled = whole & all.exact;
-            sum = cselect(controlled, cscale(all.value, R(1) / g->D), sum);
-        }
-        if (ANY(planar & !controlled)) wedge_store(s, l, g, at->d, i, rows);
-        mask surveyed = planar & (way == I(PLAN_INTEGRAL)) & !controlled;
-        if (!s->is_pilot && ANY(surveyed)) open = wedge_open(s, rows, surveyed);
-        mask smooth = open & whole;
-        if (STRATEGY != STRATEGY_AUTO && ANY(smooth)) {
-            integral all = beam_integral(g, l, i, &at->m);
-            smooth = smooth & all.exact;
-            sum = cselect(smooth, cscale(all.value, R(1) / g->D), sum);
-            rest = rest & !smooth;
+        mask smooth = planar & (l->light < I(0)) & !l->met, tried = planar & (way == I(PLAN_INTEGRAL)) & smooth;
+        mask now = tried;
+        /* First what the plan says is open; then what a walk finds open: where there was no plan, or no exact integral. */
+        for (int round = 0; round < 2; round++) {
+            if (ANY(now)) {
+                integral all = beam_integral(g, l, i, &at->m);
+                now = now & all.exact;
+                sum = cselect(now, cscale(all.value, R(1) / g->D), sum);
+                controlled = round == 0 ? now : controlled;
+                rest = round == 0 ? rest : rest & !now;
+            }
+            mask surveyed = planar & !controlled & (tried | (way == I(PLAN_UNKNOWN)));
+            if (round > 0 || !ANY(surveyed)) break;
+            wedge_store(s, l, g, at->d, i, rows);
+            if (!s->is_pilot) open = wedge_open(s, rows, surveyed);
+            now = open & smooth & !tried;
         }
     }
     if (!ANY(rest)) return sum;
@@ -193,8 +200,11 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
     mask plain = controlled | (way == I(PLAN_ONE)); /* equiangular: a table would not pay */
-    mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
-    count = (several & rayed) ? I(1) << (way - I(1)) : count;
+    if (STRATEGY == STRATEGY_AUTO && !s->is_pilot) {
+        mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
+        ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : I(2);
+        count = (several & (way != I(PLAN_RASTER)) & (rays < count)) ? rays : count;
+    }
     count = plain ? I(1) : count;
     if (ANY(rest & open) && most < OPEN_POSITIONS) { /* no rays: they cost little */
         most = OPEN_POSITIONS;
@@ -219,11 +229,19 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        rasters = rest & planar & !open & !controlled & ((way == I(PLAN_INTEGRAL)) | (way == I(PLAN_RASTER)));
+        int wanted = STRATEGY == STRATEGY_RASTER || s->is_pilot;
+        rasters = rest & planar & !open & (wanted ? TRUE_MASK : way == I(PLAN_RASTER));
+        if (!wanted && ANY(rasters)) wedge_store(s, l, g, at->d, i, rows);
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
     }
     if (s->is_pilot) {
-        if (plan) plan_write(s, rows, &low, rasters, plan);
+        /* Filters reach about two pixels far. */
+        real margin = R(4.0f * s->params->tan_x / s->params->width) * lmax(i.t1 + g->delta, R(0));
+        /* Beside the ray the cone's rim lies elsewhere; the surfaces at the segment's ends hide nothing. */
+        real start = -g->delta, end = at->t_end - g->delta, slack = rows[15].all, stray = margin / g->D;
+        rows[13].all = i.t0 > start + slack ? i.t0 - fma(fabs(i.t0), stray, margin) : i.t0 + slack;
+        rows[14].all = i.t1 < end - slack ? i.t1 + fma(fabs(i.t1), stray, margin) : i.t1 - slack;
+        if (plan) plan_write(s, rows, &low, margin, rasters, plan);
         return sum;
     }
     real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
@@ -343,7 +361,8 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
             for (int part = 0; part < 2; part++) {
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
-                if (ANY(lit)) value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, part ? NULL : plan, lit));
+                if (!ANY(lit)) continue;
+                value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, part ? NULL : plan, lit));
             }
         }
         sum = cselect(wants, cadd(sum, cscale(cmul(value, l.intensity), scale)), sum);

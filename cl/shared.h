@@ -273,7 +273,7 @@ typedef struct {
     int surfaces_emit;           /* any light that a scattered ray can meet: emitter, environment or emitting medium */
 
     int positions;               /* on a segment, for STRATEGY_SYSTEMATIC and RASTER; 1 to 64 */
-    int lamp_cdf;                /* first of light_count + 1 entries in cdf[]: lamps by power; directional ones have none */
+    int lamp_cdf;                /* first of light_count + 1 entries in cdf[]: lamps by power, directional ones never */
     int has_null, has_specular;  /* FEATURE_NULL, FEATURE_SPECULAR of the scene: a program may be built for more */
     int light_tree_blocks;       /* 0: lamps are few, and all are looked at */
     int light_tree_lamps;        /* the first ones, which the tree has */
@@ -308,15 +308,16 @@ SIZE_IS(b_params, 320);
 #define FILM_ALPHA 18      /* samples that met a surface, a scatterer or an environment */
 #define FILM_GUIDE_PLANES 19
 
-/* How a lamp's visibility along a pixel's camera rays is found (STRATEGY_AUTO): one byte per lamp, up to EVERY_LAMP, and
- * pixel slot, lamp by lamp. Written by a pilot sample that adds nothing to the film. */
+/* How a lamp's visibility along a pixel's camera rays is found (STRATEGY_AUTO): one byte per lamp, up to EVERY_LAMP,
+ * and pixel slot, lamp by lamp. Written by a pilot sample that adds nothing to the film. */
 #define EVERY_LAMP 8     /* so few lamps are all looked at along a camera ray */
-#define PLAN_INTEGRAL 0 /* nothing seems to hide the lamp: the integral, and one ray that takes off what is hidden after all */
-#define PLAN_RASTER 1   /* several points, one walk for all of them */
-#define PLAN_RAYS_2 2   /* some points, a shadow ray each */
-#define PLAN_RAYS_4 3
-#define PLAN_RAYS_8 4
-#define PLAN_ONE 5      /* one point: all is hidden */
+#define PLAN_UNKNOWN 0  /* the pilot's ray did not cross its light: a walk finds out whether anything hides it */
+#define PLAN_INTEGRAL 1 /* nothing is near to hide the lamp: the integral, less what one ray finds hidden after all */
+#define PLAN_RASTER 2   /* several points, one walk for all of them */
+#define PLAN_RAYS_2 3   /* some points, a shadow ray each */
+#define PLAN_RAYS_4 4
+#define PLAN_RAYS_8 5
+#define PLAN_ONE 6      /* one point: all is hidden */
 #define PILOT_SAMPLE 0xfffffff0u /* its index: no other sample has it */
 
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,

@@ -1,16 +1,17 @@
-/* traverse_wedge.h -- which of many points of a ray a lamp sees: one walk of the hierarchy instead of a shadow ray each.
+/* traverse_wedge.h -- which of many points of a ray a lamp sees: one walk of the hierarchy instead of a shadow ray
+ * each.
  *
  * Lamp and ray span a plane. A triangle that cuts this plane does so in a line segment, and hides from the lamp those
- * points of the ray that lie behind it: a range of the ray, found by projecting the segment's two ends from the lamp onto
- * the ray. So each triangle is rasterised in one dimension: the positions within its range are dark. Neighbouring triangles
- * compute their common end from the same two vertices in the same order, to the same bits, and ranges are half open: no
- * position slips through between them.
+ * points of the ray that lie behind it: a range of the ray, found by projecting the segment's two ends from the lamp
+ * onto the ray. So each triangle is rasterised in one dimension: the positions within its range are dark. Neighbouring
+ * triangles compute their common end from the same two vertices in the same order, to the same bits, and ranges are
+ * half open: no position slips through between them.
  *
- * In coordinates about the lamp, x towards the ray's closest point at distance D, y along the ray, z across the plane, a
- * point in the plane at (x, y) hides the ray at t' = D y / x, if it is nearer to the lamp: 0 < x < D.
+ * In coordinates about the lamp, x towards the ray's closest point at distance D, y along the ray, z across the plane,
+ * a point in the plane at (x, y) hides the ray at t' = D y / x, if it is nearer to the lamp: 0 < x < D.
  *
- * Spheres and disks are tested position by position. If a walk takes longer than MAX_VISITS nodes, shadow rays decide about
- * the positions still open: how visibility is found changes nothing about what is found.
+ * Spheres and disks are tested position by position. If a walk takes longer than MAX_VISITS nodes, shadow rays decide
+ * about the positions still open: how visibility is found changes nothing about what is found.
  */
 #ifndef BRUME_TRAVERSE_WEDGE_H
 #define BRUME_TRAVERSE_WEDGE_H
@@ -48,7 +49,9 @@ FN along3 wedge_along(const wedge *w, real1 x, real1 y) {
     return v;
 }
 
-FN wide wide_dot(wide x, wide y, wide z, real1 a, real1 b, real1 c) { return fma(x, (wide)a, fma(y, (wide)b, z * (wide)c)); }
+FN wide wide_dot(wide x, wide y, wide z, real1 a, real1 b, real1 c) {
+    return fma(x, (wide)a, fma(y, (wide)b, z * (wide)c));
+}
 
 /* The children whose boxes reach into the triangle of the lamp and the ray from t0 to t1. */
 FN ulong wedge_node(__global const b_node *node, const wedge *w, along3 edge0, along3 edge1) {
@@ -166,7 +169,8 @@ FN wedge_sphere wedge_sphere_of(const wedge *w, __global const b_quadric *q) {
     return c;
 }
 
-/* Positions that the sphere hides: a ray from the lamp to them meets it on the way. As intersect_sphere, for eight rays. */
+/* Positions that the sphere hides: a ray from the lamp to them meets it on the way. As intersect_sphere, for eight
+ * rays. */
 FN ulong wedge_sphere_dark(const wedge *w, const wedge_positions *p, const wedge_sphere *c) {
     ulong bits = 0;
     for (int k = 0; 8 * k < p->count; k++) {
@@ -230,14 +234,27 @@ FN void wedge_edges(const wedge *w, real1 t0, real1 t1, along3 *edge0, along3 *e
     *edge1 = wedge_along(w, t1 / r1, -w->D / r1);
 }
 
+/* Whether one of the eight triangles hides a part of the ray, or of its neighbours on both sides of the plane. */
+FN int wedge_block_near(__global const b_triangle_block *block, const wedge *w) {
+    int hides = 0;
+    for (int side = -1; side <= 1 && !hides; side++) {
+        wedge beside = *w;
+        lanes_of_wide low, high;
+        for (int a = 0; a < 3; a++) beside.lamp[a] = fma((real1)side * w->slack, w->z[a], w->lamp[a]);
+        hides = wedge_block(block, &beside, &low, &high) != 0;
+    }
+    return hides;
+}
+
 /* A walk through the wedge that looks at no position: how much there is in it. */
 typedef struct {
     int touches; /* triangles and quadrics that hide a part of the ray; those that only touch its ends don't count */
     int visits;  /* nodes and leaves */
 } wedge_contents;
 
-/* Ends at the first touch, or after `limit` visits; then `touches` is 1 at least. */
-WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first, int limit) {
+/* Ends at the first touch if `to_first`, or after `limit` visits; then `touches` is 1 at least. `near`: what
+ * hides a ray beside it, by the slack, touches, too. */
+WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first, int near, int limit) {
     int stack[BVH_STACK];
     int top = 0, child = 0;
     wedge_contents in;
@@ -251,7 +268,8 @@ WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first
             if (quadrics) in.touches += wedge_touches_quadrics(g, w, code);
             for (uint i = first; i < first + count && !quadrics; i++) {
                 lanes_of_wide low, high;
-                if (wedge_block(&g->blocks[i], w, &low, &high)) in.touches++;
+                in.touches += near ? wedge_block_near(&g->blocks[i], w)
+                                   : wedge_block(&g->blocks[i], w, &low, &high) != 0;
             }
             if (to_first && in.touches) return in;
         } else {
@@ -271,7 +289,7 @@ WALK wedge_contents wedge_survey(const geometry *g, const wedge *w, int to_first
 
 /* Whether nothing at all lies in the wedge. */
 FN int wedge_is_empty(const geometry *g, const wedge *w) {
-    return wedge_survey(g, w, 1, WEDGE_MAX_VISITS).touches == 0;
+    return wedge_survey(g, w, 1, 0, WEDGE_MAX_VISITS).touches == 0;
 }
 
 /* One bit per position that something hides. `visits` counts nodes and leaves. */

@@ -296,13 +296,14 @@ typedef enum brume_sampler { BRUME_SAMPLER_SOBOL = 0, BRUME_SAMPLER_INDEPENDENT 
 /* How light that point-like lamps scatter towards the eye is estimated along a ray through a medium: a ladder from the
  * plainest way to the least noise. All are unbiased; they differ in error for a time. Numbers are stable. */
 typedef enum brume_strategy {
-    BRUME_STRATEGY_AUTO = 0,             /* per segment what suits it best; the default */
+    BRUME_STRATEGY_AUTO = 0,             /* per segment what suits it best; the default. At few samples a pixel at a
+                                            shadow's edge can come out below 0: what is hidden is taken off the whole */
     BRUME_STRATEGY_SPHERICAL = 1,        /* uniform points, uniform directions; finds no lamp without extent at all */
     BRUME_STRATEGY_DISTANCE = 2,         /* a point in proportion to transmittance, light sampled there */
     BRUME_STRATEGY_EQUIANGULAR = 3,      /* a point equiangularly about the lamp (Kulla & Fajardo 2012) */
     BRUME_STRATEGY_EQUIANGULAR_CONE = 4, /* clipped to the spot's cone */
     BRUME_STRATEGY_MIS = 5,              /* and combined with truncated transmittance */
-    BRUME_STRATEGY_PRODUCT = 6,          /* a point in proportion to all but visibility; without an occluder, an integral */
+    BRUME_STRATEGY_PRODUCT = 6,          /* a point in proportion to all but visibility; no occluder: an integral */
     BRUME_STRATEGY_SYSTEMATIC = 7,       /* several evenly spaced such points with one common offset */
     BRUME_STRATEGY_RASTER = 8            /* the visibility of all of them found by one walk through the hierarchy */
 } brume_strategy;
@@ -312,8 +313,8 @@ typedef enum brume_indirect {
     BRUME_INDIRECT_AUTO = 0,      /* RAY_LIGHTS; the default */
     BRUME_INDIRECT_PHASE = 1,     /* by paths that follow the phase function */
     BRUME_INDIRECT_MIXTURE = 2,   /* or turn towards a lamp now and then */
-    BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012); PHASE where these
-                                     don't apply: null surfaces, directional lamps, a camera outside of the medium */
+    BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012); PHASE where
+                                     these don't apply: null surfaces, directional lamps, a camera in no medium */
 } brume_indirect;
 
 /* "equiangular-cone" and so on, as in scene files and on the command line; NULL for other numbers. */

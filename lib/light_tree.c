@@ -3,8 +3,9 @@
  *
  * A block's set of lamps is split in two, then the costliest part again, until there are sixteen or all are leaves.
  * Splits are binned as in lib/bvh_split.c, along the three coordinates of the place and the three of the axis: among
- * narrow spots that hang side by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are taken without looking, which
- * bounds the depth and the recursion. One thread, no hashing: the same lamps give the same tree.
+ * narrow spots that hang side by side, the axis decides which of them meets a ray. Below DEPTH_BINNED levels halves are
+ * taken without looking, which bounds the depth and the recursion. One thread, no hashing: the same lamps give the same
+ * tree.
  */
 #include "light_tree.h"
 
@@ -19,8 +20,8 @@
 
 enum { BINS = 16, AXES = 6, DEPTH_BINNED = 40 };
 
-/* A leaf is as large as a ray meets so many of its lamps: 16 to 32 points, hundreds of narrow spots. What a choice costs
- * grows with it, and its variance falls, by about as much; a path costs more than its choices, so it is large. */
+/* A leaf is as large as a ray meets so many of its lamps: 16 to 32 points, hundreds of narrow spots. What a choice
+ * costs grows with it, and its variance falls, by about as much; a path costs more than its choices, so it is large. */
 #define LEAF_MET 32
 
 /* How far a cone's light is taken to go when splits are judged, of the extent of all lamps; from 0.02 to 2 the same

@@ -136,8 +136,8 @@ static brume_result create_film(brume_render *render) {
     return BRUME_OK;
 }
 
-/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them, and
- * waits. */
+/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them,
+ * and waits. */
 static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
                      cl_uint is_pilot) {
     cl_uint values[5] = {group, group + groups, first, samples, is_pilot};

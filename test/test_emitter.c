@@ -181,11 +181,12 @@ static void sample(const emitter_case *c, uint32_t lanes, brume_precision precis
         {READ_RAW, a->emitters, a->emitter_count * sizeof *a->emitters},
         {READ_RAW, a->cdf, a->cdf_count * sizeof(float)},
         {READ_RAW, a->filter, 0},
+        {READ_RAW, a->light_tree.blocks, 0},
         {READ_REAL, (void *)(uintptr_t)c->p, 3},
         {READ_REAL, u, 3 * COUNT},
         {WRITE_REAL, out, (size_t)PLANES * COUNT},
     };
-    for (int i = 0; i < 18; i++)
+    for (int i = 0; i < 19; i++)
         if (in[i].count == 0) in[i].data = (void *)(uintptr_t)nothing, in[i].count = sizeof nothing;
     device_test_run(text, "-DFEATURES=52 -DBVH_STACK=64", lanes, precision, COUNT, in, sizeof in / sizeof in[0]);
 }

@@ -1,11 +1,11 @@
-/* test_light_tree.c -- the tree over lamps: what lib/light_tree.c builds, and the choices that cl/light_tree.h makes by it
- * for segments of rays and for points.
+/* test_light_tree.c -- the tree over lamps: what lib/light_tree.c builds, and the choices that cl/light_tree.h makes by
+ * it for segments of rays and for points.
  *
- * Every cluster's weight, every lamp's own and which lamps a leaf looks at are read from the device for all queries; from
- * them follows, in double, with what probability each lamp is chosen. Choices are held against that by chi-square, and what they estimate against
- * the sum over all lamps by t-tests: one family at CONFIDENCE (stats.h), counted by TESTS. What lamps contribute is
- * computed here, in double, by a rule over the angle that the lamp sees the segment under; as the sum and the estimate
- * use the same numbers, its error doesn't matter.
+ * Every cluster's weight, every lamp's own and which lamps a leaf looks at are read from the device for all queries;
+ * from them follows, in double, with what probability each lamp is chosen. Choices are held against that by
+ * chi-square, and what they estimate against the sum over all lamps by t-tests: one family at CONFIDENCE (stats.h),
+ * counted by TESTS. What lamps contribute is computed here, in double, by a rule over the angle that the lamp sees the
+ * segment under; as the sum and the estimate use the same numbers, its error doesn't matter.
  *
  * `test_light_tree measure` prints how the variance and the time of a choice grow with the number of lamps.
  */
@@ -642,8 +642,8 @@ static void every_width_gives_the_same_bits(void **state) {
 
 /* ---- measurements ------------------------------------------------------------------------------------------------ */
 
-/* Relative variance of one sample of the sum, whose lamp is chosen with the probabilities `p`: over all queries, the mean
- * variance by the mean square. */
+/* Relative variance of one sample of the sum, whose lamp is chosen with the probabilities `p`: over all queries, the
+ * mean variance by the mean square. */
 static double relative_variance(const double *p, double *out_wasted) {
     double variance = 0, squares = 0, wasted = 0;
     for (int q = 0; q < QUERIES; q++) {
