@@ -6,7 +6,8 @@
  * all by one walk (traverse_wedge.h). Systematic points share their offset because it is one dimension of a
  * low-discrepancy set.
  *
- * STRATEGY_AUTO does what the upper rungs do where light comes straight to the eye, for every lamp if they are few.
+ * STRATEGY_AUTO goes by a plan (PLAN_... in shared.h) that a pilot ray of each pixel has made for each lamp, if they
+ * are few: the integral less what one shadow ray finds hidden, which can come out below 0; or points with a ray each.
  * What scattered before has more noise than one more point would remove: one lamp, one point.
  */
 #ifndef BRUME_SCATTER_SEGMENT_H
@@ -102,8 +103,9 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
     return open.all != I(0);
 }
 
-/* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS positions
- * are dark. `margin`: how far the pixel's other rays stray; where nothing comes as near as that, they are all open. */
+/* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS
+ * positions are dark. `margin`: how far the pixel's other rays stray; where nothing comes as near as that, they are all
+ * open. */
 #define PILOT_POSITIONS 16
 FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, real margin, mask live,
                    __global uchar *row) {
@@ -170,7 +172,8 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     int nulls = HAS(NULL) && s->params->has_null;
     /* The place on a large or near emitter is noise that more points of the segment don't remove. */
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
-    /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c). */
+    /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c).
+     * */
     int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
     ireal way = planned ? plan_read(plan) : I(PLAN_UNKNOWN);
     mask controlled = FALSE_MASK;
@@ -178,7 +181,8 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
         mask smooth = planar & (l->light < I(0)) & !l->met, tried = planar & (way == I(PLAN_INTEGRAL)) & smooth;
         mask now = tried;
-        /* First what the plan says is open; then what a walk finds open: where there was no plan, or no exact integral. */
+        /* First what the plan says is open; then what a walk finds open: where there was no plan, or no exact integral.
+         * */
         for (int round = 0; round < 2; round++) {
             if (ANY(now)) {
                 integral all = beam_integral(g, l, i, &at->m);

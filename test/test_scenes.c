@@ -1,5 +1,6 @@
 /* The scenes that the project ships: each loads, renders without a bad sample, and shows its known answer, if any. */
 #include <math.h>
+#include <string.h>
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -63,9 +64,10 @@ static void every_scene_renders(void **state)
             below += pixels[k] < 0;
             sum += pixels[k];
         }
-        /* At a shadow's edge two samples can take off more than there is (BRUME_STRATEGY_AUTO): in few pixels, of which
-         * the others here must make up for all. */
-        assert_true(below <= SIZE * SIZE * 3 / 20);
+        /* At a shadow's edge two samples can take off more than there is (BRUME_STRATEGY_AUTO): among twelve slats, in
+         * few pixels, and nowhere else. */
+        if (below > (strstr(paths[i], "slats") ? SIZE * SIZE * 3 / 20 : 0))
+            fail_msg("%s: %d values below 0", paths[i], below);
         assert_true(sum > 0);
         brume_render_destroy(render);
     }
