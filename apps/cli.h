@@ -18,7 +18,29 @@ enum {
     CLI_EXIT_SIGNAL = 128
 };
 
-/* ---- options (cli_options.c) ---- */
+/* ---- commands: one file each, cli_<name>.c ---- */
+
+typedef enum cli_command {
+    CLI_RENDER = 0, /* also without a name: render-cli SCENE.xml */
+    CLI_INFO = 1,
+    CLI_COMMAND_COUNT
+} cli_command;
+
+typedef struct cli_options cli_options;
+typedef struct cli_progress cli_progress;
+
+typedef struct cli_command_entry {
+    const char *name, *help;
+    /* Does it; the exit code. */
+    int (*run)(brume_context *context, const cli_options *options, cli_progress *progress);
+} cli_command_entry;
+
+extern const cli_command_entry cli_commands[CLI_COMMAND_COUNT]; /* in cli.c */
+
+int cli_render(brume_context *context, const cli_options *options, cli_progress *progress);
+int cli_info(brume_context *context, const cli_options *options, cli_progress *progress);
+
+/* ---- options (cli_options.c, cli_values.c) ---- */
 
 typedef enum cli_progress_kind {
     CLI_PROGRESS_AUTO = 0,
@@ -27,7 +49,8 @@ typedef enum cli_progress_kind {
 } cli_progress_kind;
 
 /* Strings point into argv; the arrays are owned. */
-typedef struct cli_options {
+struct cli_options {
+    cli_command command;
     const char *scene;
     const char **outputs;
     size_t output_count;
@@ -41,25 +64,25 @@ typedef struct cli_options {
     int list_devices, help, version;
     float exposure;
     brume_render_desc render;
-} cli_options;
+};
 
 /* Fills `options` (which cli_options_free releases, whatever came back). On failure an error line has been printed and
  * the exit code is returned; 0 otherwise. */
 int cli_options_parse(cli_options *options, int argc, char **argv);
 void cli_options_free(cli_options *options);
-void cli_print_help(FILE *file);
+void cli_print_help(FILE *file, cli_command command);
 
 /* ---- lines for people and for programs (cli_progress.c) ---- */
 
 /* One line "render-cli: error: ..." on standard error. */
 void cli_error(const char *format, ...) __attribute__((format(printf, 1, 2)));
 
-typedef struct cli_progress {
+struct cli_progress {
     cli_progress_kind kind;
     int verbosity;
     int bar;         /* standard error is a terminal and wants one */
     int bar_visible; /* the cursor stands behind a bar */
-} cli_progress;
+};
 
 void cli_progress_init(cli_progress *progress, const cli_options *options);
 
@@ -70,6 +93,38 @@ void cli_progress_log(void *user, brume_log_level level, const char *message);
 int cli_progress_update(void *user, const brume_progress *update);
 /* Ends the line that a bar stands on. */
 void cli_progress_finish(cli_progress *progress);
+
+/* ---- scene, device and signals of a command (cli_session.c) ---- */
+
+typedef struct cli_session {
+    brume_context *context;
+    brume_scene *scene;
+    brume_device *device;
+    brume_device_info info;
+    double load_seconds; /* reading the scene */
+} cli_session;
+
+/* Reads the scene and opens the device that the options name. 0, or the exit code after an error line;
+ * cli_session_close releases what there is either way. */
+int cli_session_open(cli_session *session, brume_context *context, const cli_options *options,
+                     cli_progress *progress);
+void cli_session_close(cli_session *session);
+
+int cli_list_devices(brume_context *context);
+
+/* Prints the context's message and returns the exit code for a failed call. */
+int cli_report(const brume_context *context, brume_result result);
+
+/* Seconds of a clock that never goes back. */
+double cli_now(void);
+
+/* From here on SIGINT and SIGTERM end the program at once, except while a render is interruptible: then the first one
+ * cancels it, and the second one ends the program. */
+void cli_watch_signals(void);
+/* `render` from now on, until called with NULL. */
+void cli_interruptible(brume_render *render);
+/* The signal that came, 0 none. */
+int cli_signal(void);
 
 /* ---- statistics (cli_stats.c) ---- */
 

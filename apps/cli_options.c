@@ -1,81 +1,68 @@
 /* The command line of render-cli: one table of options, from which the parser, the help and the near spellings come. */
-#include <errno.h>
-#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
-#include "cli.h"
+#include "cli_options.h"
 
-typedef enum option_id {
-    OPTION_OUTPUT,
-    OPTION_SPP,
-    OPTION_SAMPLE_RANGE,
-    OPTION_SEED,
-    OPTION_STRATEGY,
-    OPTION_INDIRECT,
-    OPTION_CROP,
-    OPTION_DEFINE,
-    OPTION_EXPOSURE,
-    OPTION_DEVICE,
-    OPTION_LIST_DEVICES,
-    OPTION_PRECISION,
-    OPTION_LANES,
-    OPTION_STATS,
-    OPTION_PROGRESS,
-    OPTION_QUIET,
-    OPTION_VERBOSE,
-    OPTION_HELP,
-    OPTION_VERSION,
-    OPTION_COUNT
-} option_id;
+enum { RENDER = 1 << CLI_RENDER, EVERY = (1 << CLI_COMMAND_COUNT) - 1 };
 
-typedef struct option {
-    char letter;          /* 0: none */
-    const char *name;     /* without the dashes */
-    const char *argument; /* NULL: takes none */
-    const char *help;
-} option;
-
-static const option options_table[OPTION_COUNT] = {
-    [OPTION_OUTPUT] = {'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
-                                              "(default: the scene's name with .exr, in the current folder)"},
-    [OPTION_SPP] = {0, "spp", "N", "samples per pixel (default: the scene's)"},
-    [OPTION_SAMPLE_RANGE] = {0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
-    [OPTION_SEED] = {0, "seed", "S", "seed of the random numbers (default: the scene's)"},
-    [OPTION_STRATEGY] = {0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
-                                                    "equiangular, equiangular-cone, mis, product, systematic,\n"
-                                                    "raster; N: positions on a segment, for the last two\n"
-                                                    "(default: the scene's, else auto)"},
-    [OPTION_INDIRECT] = {0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
-                                                "ray-lights (default: the scene's, else auto)"},
-    [OPTION_CROP] = {0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
-    [OPTION_DEFINE] = {'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
-    [OPTION_EXPOSURE] = {0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
-    [OPTION_DEVICE] = {0, "device", "I|NAME", "device by index or part of its name (default: a GPU, else the CPU)"},
-    [OPTION_LIST_DEVICES] = {0, "list-devices", NULL, "names the devices, one a line, and exits"},
-    [OPTION_PRECISION] = {0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
-    [OPTION_LANES] = {0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
-    [OPTION_STATS] = {0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
-    [OPTION_PROGRESS] = {0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
-                                                          "standard output"},
-    [OPTION_QUIET] = {'q', "quiet", NULL, "prints errors only"},
-    [OPTION_VERBOSE] = {'v', "verbose", NULL, "prints each step, and times at the end"},
-    [OPTION_HELP] = {'h', "help", NULL, "prints this and exits"},
-    [OPTION_VERSION] = {0, "version", NULL, "prints the version and exits"},
+const cli_option cli_option_table[OPTION_COUNT] = {
+    [OPTION_OUTPUT] =
+        {RENDER, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
+                                        "(default: the scene's name with .exr, in the current folder)"},
+    [OPTION_SPP] = {EVERY, 0, "spp", "N", "samples per pixel (default: the scene's)"},
+    [OPTION_SAMPLE_RANGE] =
+        {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
+    [OPTION_SEED] = {EVERY, 0, "seed", "S", "seed of the random numbers (default: the scene's)"},
+    [OPTION_STRATEGY] =
+        {EVERY, 0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
+                                           "equiangular, equiangular-cone, mis, product, systematic,\n"
+                                           "raster; N: positions on a segment, for the last two\n"
+                                           "(default: the scene's, else auto)"},
+    [OPTION_INDIRECT] =
+        {EVERY, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
+                                       "ray-lights (default: the scene's, else auto)"},
+    [OPTION_CROP] =
+        {EVERY, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
+    [OPTION_DEFINE] = {EVERY, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
+    [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
+    [OPTION_DEVICE] =
+        {EVERY, 0, "device", "I|NAME", "device by index or part of its name (default: a GPU, else the CPU)"},
+    [OPTION_LIST_DEVICES] = {RENDER, 0, "list-devices", NULL, "names the devices, one a line, and exits"},
+    [OPTION_PRECISION] = {EVERY, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
+    [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
+    [OPTION_STATS] =
+        {RENDER, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
+    [OPTION_PROGRESS] =
+        {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
+                                                 "standard output"},
+    [OPTION_QUIET] = {EVERY, 'q', "quiet", NULL, "prints errors only"},
+    [OPTION_VERBOSE] = {EVERY, 'v', "verbose", NULL, "prints each step, and times at the end"},
+    [OPTION_HELP] = {EVERY, 'h', "help", NULL, "prints this and exits"},
+    [OPTION_VERSION] = {EVERY, 0, "version", NULL, "prints the version and exits"},
 };
 
-void cli_print_help(FILE *file)
+void cli_print_help(FILE *file, cli_command command)
 {
-    fputs("usage: render-cli SCENE.xml [-o FILE]... [options]\n"
-          "Renders a Mitsuba 3 scene, with light in fog, on an OpenCL device.\n\n", file);
+    const cli_command_entry *entry = &cli_commands[command];
+    fprintf(file, "usage: render-cli %s%sSCENE.xml [options]\n%s\n", command == CLI_RENDER ? "" : entry->name,
+            command == CLI_RENDER ? "" : " ", entry->help);
+    if (command == CLI_RENDER) {
+        fputs("\nOther things to do with a scene, each with its own --help:\n", file);
+        for (int i = CLI_RENDER + 1; i < CLI_COMMAND_COUNT; i++)
+            fprintf(file, "  render-cli %s SCENE.xml\n", cli_commands[i].name);
+    }
+    fputc('\n', file);
     for (int i = 0; i < OPTION_COUNT; i++) {
-        const option *entry = &options_table[i];
+        const cli_option *option = &cli_option_table[i];
+        if (!(option->commands & 1u << command))
+            continue;
         char left[64];
         char short_form[] = "-x, ";
-        short_form[1] = entry->letter;
-        snprintf(left, sizeof left, "%s--%s%s%s", entry->letter ? short_form : "    ", entry->name,
-                 entry->argument ? " " : "", entry->argument ? entry->argument : "");
-        const char *line = entry->help, *end;
+        short_form[1] = option->letter;
+        snprintf(left, sizeof left, "%s--%s%s%s", option->letter ? short_form : "    ", option->name,
+                 option->argument ? " " : "", option->argument ? option->argument : "");
+        const char *line = option->help, *end;
         fprintf(file, "  %-28s ", left);
         while ((end = strchr(line, '\n')) != NULL) {
             fprintf(file, "%.*s\n  %-28s ", (int)(end - line), line, "");
@@ -118,201 +105,16 @@ static int unknown_option(const char *name, size_t length)
 {
     int best = -1, best_distance = 4;
     for (int i = 0; i < OPTION_COUNT; i++) {
-        int distance = spelling_distance(name, length, options_table[i].name);
+        int distance = spelling_distance(name, length, cli_option_table[i].name);
         if (distance < best_distance && distance * 2 <= (int)length) {
             best = i;
             best_distance = distance;
         }
     }
     if (best >= 0)
-        cli_error("unknown option --%.*s; did you mean --%s?", (int)length, name, options_table[best].name);
+        cli_error("unknown option --%.*s; did you mean --%s?", (int)length, name, cli_option_table[best].name);
     else
         cli_error("unknown option --%.*s; --help lists them", (int)length, name);
-    return CLI_EXIT_USAGE;
-}
-
-static int wrong_value(option_id id, const char *value)
-{
-    cli_error("--%s: expected %s, not \"%s\"", options_table[id].name, options_table[id].argument, value);
-    return CLI_EXIT_USAGE;
-}
-
-/* A decimal number up to 2^32 - 1 at *text, which must be followed by `stop`; moves *text behind that. */
-static int parse_uint(const char **text, char stop, uint32_t *out)
-{
-    const char *s = *text;
-    if (*s < '0' || *s > '9')
-        return 0;
-    char *end;
-    errno = 0;
-    unsigned long long value = strtoull(s, &end, 10);
-    if (errno || value > UINT32_MAX || *end != stop)
-        return 0;
-    *out = (uint32_t)value;
-    *text = end + (stop != 0);
-    return 1;
-}
-
-static int parse_define(cli_options *options, const char *value)
-{
-    const char *equals = strchr(value, '=');
-    if (!equals || equals == value)
-        return wrong_value(OPTION_DEFINE, value);
-    size_t length = (size_t)(equals - value);
-    for (size_t i = 0; i < options->parameter_count; i++)
-        if (strncmp(options->parameters[i].name, value, length) == 0 && options->parameters[i].name[length] == 0) {
-            options->parameters[i].value = equals + 1;
-            return 0;
-        }
-    char *name = malloc(length + 1);
-    if (!name) {
-        cli_error("out of memory");
-        return CLI_EXIT_RUNTIME;
-    }
-    memcpy(name, value, length);
-    name[length] = 0;
-    /* parameters holds one entry per argument of the command line, so it never grows. */
-    options->parameters[options->parameter_count].name = name;
-    options->parameters[options->parameter_count++].value = equals + 1;
-    return 0;
-}
-
-/* NAME or NAME:N */
-static int parse_strategy(brume_render_desc *render, const char *value)
-{
-    size_t length = strcspn(value, ":");
-    const char *name;
-    uint32_t positions = 0;
-    if (value[length]) {
-        const char *text = value + length + 1;
-        if (!parse_uint(&text, 0, &positions) || positions == 0 || positions > 64 || (positions & (positions - 1)) != 0)
-            return wrong_value(OPTION_STRATEGY, value);
-    }
-    for (int i = 0; (name = brume_strategy_name((brume_strategy)i)) != NULL; i++)
-        if (strlen(name) == length && strncmp(name, value, length) == 0) {
-            render->use_strategy = 1;
-            render->strategy = (brume_strategy)i;
-            render->positions = positions;
-            return 0;
-        }
-    return wrong_value(OPTION_STRATEGY, value);
-}
-
-static int parse_indirect(brume_render_desc *render, const char *value)
-{
-    const char *name;
-    for (int i = 0; (name = brume_indirect_name((brume_indirect)i)) != NULL; i++)
-        if (strcmp(name, value) == 0) {
-            render->use_indirect = 1;
-            render->indirect = (brume_indirect)i;
-            return 0;
-        }
-    return wrong_value(OPTION_INDIRECT, value);
-}
-
-static int parse_value(cli_options *options, option_id id, const char *value)
-{
-    brume_render_desc *render = &options->render;
-    const char *text = value;
-    uint32_t a, b, x0, x1, y0, y1;
-    char *end;
-    switch (id) {
-    case OPTION_OUTPUT:
-        if (!cli_output_known(value)) {
-            cli_error("%s: the extension must be .exr or .png", value);
-            return CLI_EXIT_USAGE;
-        }
-        options->outputs[options->output_count++] = value;
-        return 0;
-    case OPTION_SPP:
-        if (!parse_uint(&text, 0, &a) || a == 0)
-            return wrong_value(id, value);
-        render->sample_count = a;
-        return 0;
-    case OPTION_SAMPLE_RANGE:
-        if (!parse_uint(&text, ':', &a) || !parse_uint(&text, 0, &b) || a >= b)
-            return wrong_value(id, value);
-        render->first_sample = a;
-        render->sample_count = b - a;
-        return 0;
-    case OPTION_SEED:
-        if (!parse_uint(&text, 0, &a))
-            return wrong_value(id, value);
-        render->use_seed = 1;
-        render->seed = a;
-        return 0;
-    case OPTION_STRATEGY:
-        return parse_strategy(render, value);
-    case OPTION_INDIRECT:
-        return parse_indirect(render, value);
-    case OPTION_CROP:
-        if (!parse_uint(&text, ',', &x0) || !parse_uint(&text, ',', &x1) || !parse_uint(&text, ',', &y0) ||
-            !parse_uint(&text, 0, &y1) || x0 >= x1 || y0 >= y1)
-            return wrong_value(id, value);
-        render->use_crop = 1;
-        render->crop_x = x0;
-        render->crop_y = y0;
-        render->crop_width = x1 - x0;
-        render->crop_height = y1 - y0;
-        return 0;
-    case OPTION_DEFINE:
-        return parse_define(options, value);
-    case OPTION_EXPOSURE:
-        options->exposure = strtof(value, &end);
-        if (end == value || *end || !isfinite(options->exposure))
-            return wrong_value(id, value);
-        return 0;
-    case OPTION_DEVICE:
-        if (!*value)
-            return wrong_value(id, value);
-        options->device = value;
-        return 0;
-    case OPTION_PRECISION:
-        if (strcmp(value, "float") == 0)
-            render->precision = BRUME_PRECISION_FLOAT;
-        else if (strcmp(value, "double") == 0)
-            render->precision = BRUME_PRECISION_DOUBLE;
-        else
-            return wrong_value(id, value);
-        return 0;
-    case OPTION_LANES:
-        if (!parse_uint(&text, 0, &a) || (a != 1 && a != 4 && a != 8 && a != 16))
-            return wrong_value(id, value);
-        render->lanes = a;
-        return 0;
-    case OPTION_STATS:
-        if (strncmp(value, "json", 4) != 0 || (value[4] && (value[4] != ':' || !value[5])))
-            return wrong_value(id, value);
-        options->stats_path = value[4] ? value + 5 : "";
-        return 0;
-    case OPTION_PROGRESS:
-        if (strcmp(value, "auto") == 0)
-            options->progress = CLI_PROGRESS_AUTO;
-        else if (strcmp(value, "none") == 0)
-            options->progress = CLI_PROGRESS_NONE;
-        else if (strcmp(value, "json") == 0)
-            options->progress = CLI_PROGRESS_JSON;
-        else
-            return wrong_value(id, value);
-        return 0;
-    case OPTION_LIST_DEVICES:
-        options->list_devices = 1;
-        return 0;
-    case OPTION_QUIET:
-        options->verbosity = -1;
-        return 0;
-    case OPTION_VERBOSE:
-        options->verbosity = 1;
-        return 0;
-    case OPTION_HELP:
-        options->help = 1;
-        return 0;
-    case OPTION_VERSION:
-        options->version = 1;
-        return 0;
-    case OPTION_COUNT:
-        break;
-    }
     return CLI_EXIT_USAGE;
 }
 
@@ -340,7 +142,7 @@ static int find_option(const char *argument, option_id *id, const char **value)
     *value = NULL;
     if (argument[1] != '-') {
         for (int i = 0; i < OPTION_COUNT; i++)
-            if (options_table[i].letter == argument[1]) {
+            if (cli_option_table[i].letter == argument[1]) {
                 *id = (option_id)i;
                 if (argument[2])
                     *value = argument + 2;
@@ -352,7 +154,7 @@ static int find_option(const char *argument, option_id *id, const char **value)
     const char *name = argument + 2;
     size_t length = strcspn(name, "=");
     for (int i = 0; i < OPTION_COUNT; i++)
-        if (strncmp(options_table[i].name, name, length) == 0 && options_table[i].name[length] == 0) {
+        if (strncmp(cli_option_table[i].name, name, length) == 0 && cli_option_table[i].name[length] == 0) {
             *id = (option_id)i;
             if (name[length])
                 *value = name + length + 1;
@@ -373,7 +175,13 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         return CLI_EXIT_RUNTIME;
     }
     int only_names = 0, spp_given = 0, range_given = 0;
-    for (int i = 1; i < argc; i++) {
+    int first = 1;
+    for (int i = CLI_RENDER; i < CLI_COMMAND_COUNT && argc > 1; i++)
+        if (strcmp(argv[1], cli_commands[i].name) == 0) {
+            options->command = (cli_command)i;
+            first = 2;
+        }
+    for (int i = first; i < argc; i++) {
         const char *argument = argv[i];
         if (only_names || argument[0] != '-' || !argument[1]) {
             if (options->scene) {
@@ -392,20 +200,25 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         int code = find_option(argument, &id, &value);
         if (code)
             return code;
-        if (!options_table[id].argument && value) {
-            cli_error("--%s takes no value", options_table[id].name);
+        if (!(cli_option_table[id].commands & 1u << options->command)) {
+            cli_error("render-cli %s takes no --%s; its --help lists what it takes",
+                      cli_commands[options->command].name, cli_option_table[id].name);
             return CLI_EXIT_USAGE;
         }
-        if (options_table[id].argument && !value) {
+        if (!cli_option_table[id].argument && value) {
+            cli_error("--%s takes no value", cli_option_table[id].name);
+            return CLI_EXIT_USAGE;
+        }
+        if (cli_option_table[id].argument && !value) {
             if (i + 1 >= argc) {
-                cli_error("--%s needs %s", options_table[id].name, options_table[id].argument);
+                cli_error("--%s needs %s", cli_option_table[id].name, cli_option_table[id].argument);
                 return CLI_EXIT_USAGE;
             }
             value = argv[++i];
         }
         spp_given |= id == OPTION_SPP;
         range_given |= id == OPTION_SAMPLE_RANGE;
-        code = parse_value(options, id, value);
+        code = cli_option_set(options, id, value);
         if (code)
             return code;
     }
@@ -419,7 +232,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         cli_error("no scene; usage: render-cli SCENE.xml [-o FILE]... [options], or --help");
         return CLI_EXIT_USAGE;
     }
-    return options->output_count > 0 ? 0 : set_default_output(options);
+    return options->command != CLI_RENDER || options->output_count > 0 ? 0 : set_default_output(options);
 }
 
 void cli_options_free(cli_options *options)

@@ -1,0 +1,44 @@
+/* cli_options.h -- the table of render-cli's options: what the parser (cli_options.c) and the readers of values
+ * (cli_values.c) share. */
+#ifndef CLI_OPTIONS_H
+#define CLI_OPTIONS_H
+
+#include "cli.h"
+
+typedef enum option_id {
+    OPTION_OUTPUT,
+    OPTION_SPP,
+    OPTION_SAMPLE_RANGE,
+    OPTION_SEED,
+    OPTION_STRATEGY,
+    OPTION_INDIRECT,
+    OPTION_CROP,
+    OPTION_DEFINE,
+    OPTION_EXPOSURE,
+    OPTION_DEVICE,
+    OPTION_LIST_DEVICES,
+    OPTION_PRECISION,
+    OPTION_LANES,
+    OPTION_STATS,
+    OPTION_PROGRESS,
+    OPTION_QUIET,
+    OPTION_VERBOSE,
+    OPTION_HELP,
+    OPTION_VERSION,
+    OPTION_COUNT
+} option_id;
+
+typedef struct cli_option {
+    unsigned commands;    /* that take it: bits 1 << cli_command */
+    char letter;          /* 0: none */
+    const char *name;     /* without the dashes */
+    const char *argument; /* NULL: takes none */
+    const char *help;
+} cli_option;
+
+extern const cli_option cli_option_table[OPTION_COUNT];
+
+/* Stores an option's value. 0, or the exit code after an error line. */
+int cli_option_set(cli_options *options, option_id id, const char *value);
+
+#endif

@@ -1,0 +1,105 @@
+/* render-cli render: a scene to pictures. */
+#include <errno.h>
+#include <string.h>
+
+#include "cli.h"
+
+static int check_outputs(const cli_options *options)
+{
+    for (size_t i = 0; i < options->output_count; i++) {
+        int code = cli_output_check(options->outputs[i]);
+        if (code)
+            return code;
+    }
+    return options->stats_path && *options->stats_path ? cli_output_check(options->stats_path) : CLI_EXIT_OK;
+}
+
+static int write_pictures(brume_context *context, brume_render *render, const cli_options *options,
+                          cli_progress *progress)
+{
+    brume_picture_desc picture = brume_picture_desc_default();
+    picture.exposure = options->exposure;
+    int code = CLI_EXIT_OK;
+    for (size_t i = 0; i < options->output_count; i++) {
+        cli_progress_step(progress, "Writing", options->outputs[i]);
+        brume_result result = brume_render_write(render, options->outputs[i], &picture);
+        if (result)
+            code = cli_report(context, result);
+    }
+    return code;
+}
+
+static int write_stats(const cli_run *run)
+{
+    const char *path = run->options->stats_path;
+    if (!path)
+        return CLI_EXIT_OK;
+    FILE *file = *path ? fopen(path, "w") : stdout;
+    if (file)
+        cli_stats_print(file, run);
+    int failed = !file || fflush(file) != 0 || ferror(file);
+    if (file && *path)
+        failed |= fclose(file) != 0;
+    if (failed)
+        cli_error("%s: statistics could not be written: %s", *path ? path : "standard output", strerror(errno));
+    return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
+}
+
+int cli_render(brume_context *context, const cli_options *options, cli_progress *progress)
+{
+    cli_session session;
+    brume_render *render = NULL;
+    brume_render_stats stats;
+    cli_run run = {options, &session.info, &stats, 0, 0, 0, 0};
+    double begin = cli_now();
+
+    int code = check_outputs(options);
+    if (code)
+        return code;
+    code = cli_session_open(&session, context, options, progress);
+    if (code)
+        goto cleanup;
+    run.load_seconds = session.load_seconds;
+    brume_result result = brume_render_create(session.device, session.scene, &options->render, &render);
+    if (result) {
+        code = cli_report(context, result);
+        goto cleanup;
+    }
+
+    cli_progress_step(progress, "Rendering", NULL);
+    cli_interruptible(render);
+    result = brume_render_run(render, cli_progress_update, progress);
+    cli_progress_finish(progress);
+    if (result && result != BRUME_CANCELLED) {
+        code = cli_report(context, result);
+        goto cleanup;
+    }
+
+    double written = cli_now();
+    code = write_pictures(context, render, options, progress);
+    run.write_seconds = cli_now() - written;
+    run.total_seconds = cli_now() - begin;
+    result = brume_render_get_stats(render, &stats);
+    if (result) {
+        code = cli_report(context, result);
+        goto cleanup;
+    }
+    if (code == CLI_EXIT_OK && cli_signal())
+        code = CLI_EXIT_SIGNAL + cli_signal();
+    run.exit_code = code;
+    if (options->verbosity > 0)
+        cli_stats_summary(stderr, &run);
+    int stats_code = write_stats(&run);
+    if (code == CLI_EXIT_OK)
+        code = stats_code;
+    if (cli_signal() && options->verbosity >= 0)
+        fprintf(stderr, "render-cli: stopped at %u %% of the samples; what there is has been written\n",
+                stats.sample_count == 0 ? 0 : (unsigned)(100.0 * (double)stats.samples /
+                ((double)stats.width * stats.height * stats.sample_count)));
+cleanup:
+    cli_progress_finish(progress);
+    cli_interruptible(NULL);
+    brume_render_destroy(render);
+    cli_session_close(&session);
+    return code;
+}

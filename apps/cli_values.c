@@ -1,0 +1,192 @@
+/* What the options' values mean. */
+#include <errno.h>
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "cli_options.h"
+
+static int wrong_value(option_id id, const char *value)
+{
+    cli_error("--%s: expected %s, not \"%s\"", cli_option_table[id].name, cli_option_table[id].argument, value);
+    return CLI_EXIT_USAGE;
+}
+
+/* A decimal number up to 2^32 - 1 at *text, which must be followed by `stop`; moves *text behind that. */
+static int parse_uint(const char **text, char stop, uint32_t *out)
+{
+    const char *s = *text;
+    if (*s < '0' || *s > '9')
+        return 0;
+    char *end;
+    errno = 0;
+    unsigned long long value = strtoull(s, &end, 10);
+    if (errno || value > UINT32_MAX || *end != stop)
+        return 0;
+    *out = (uint32_t)value;
+    *text = end + (stop != 0);
+    return 1;
+}
+
+static int parse_define(cli_options *options, const char *value)
+{
+    const char *equals = strchr(value, '=');
+    if (!equals || equals == value)
+        return wrong_value(OPTION_DEFINE, value);
+    size_t length = (size_t)(equals - value);
+    for (size_t i = 0; i < options->parameter_count; i++)
+        if (strncmp(options->parameters[i].name, value, length) == 0 && options->parameters[i].name[length] == 0) {
+            options->parameters[i].value = equals + 1;
+            return 0;
+        }
+    char *name = malloc(length + 1);
+    if (!name) {
+        cli_error("out of memory");
+        return CLI_EXIT_RUNTIME;
+    }
+    memcpy(name, value, length);
+    name[length] = 0;
+    /* parameters holds one entry per argument of the command line, so it never grows. */
+    options->parameters[options->parameter_count].name = name;
+    options->parameters[options->parameter_count++].value = equals + 1;
+    return 0;
+}
+
+/* NAME or NAME:N */
+static int parse_strategy(brume_render_desc *render, const char *value)
+{
+    size_t length = strcspn(value, ":");
+    const char *name;
+    uint32_t positions = 0;
+    if (value[length]) {
+        const char *text = value + length + 1;
+        if (!parse_uint(&text, 0, &positions) || positions == 0 || positions > 64 || (positions & (positions - 1)) != 0)
+            return wrong_value(OPTION_STRATEGY, value);
+    }
+    for (int i = 0; (name = brume_strategy_name((brume_strategy)i)) != NULL; i++)
+        if (strlen(name) == length && strncmp(name, value, length) == 0) {
+            render->use_strategy = 1;
+            render->strategy = (brume_strategy)i;
+            render->positions = positions;
+            return 0;
+        }
+    return wrong_value(OPTION_STRATEGY, value);
+}
+
+static int parse_indirect(brume_render_desc *render, const char *value)
+{
+    const char *name;
+    for (int i = 0; (name = brume_indirect_name((brume_indirect)i)) != NULL; i++)
+        if (strcmp(name, value) == 0) {
+            render->use_indirect = 1;
+            render->indirect = (brume_indirect)i;
+            return 0;
+        }
+    return wrong_value(OPTION_INDIRECT, value);
+}
+
+int cli_option_set(cli_options *options, option_id id, const char *value)
+{
+    brume_render_desc *render = &options->render;
+    const char *text = value;
+    uint32_t a, b, x0, x1, y0, y1;
+    char *end;
+    switch (id) {
+    case OPTION_OUTPUT:
+        if (!cli_output_known(value)) {
+            cli_error("%s: the extension must be .exr or .png", value);
+            return CLI_EXIT_USAGE;
+        }
+        options->outputs[options->output_count++] = value;
+        return 0;
+    case OPTION_SPP:
+        if (!parse_uint(&text, 0, &a) || a == 0)
+            return wrong_value(id, value);
+        render->sample_count = a;
+        return 0;
+    case OPTION_SAMPLE_RANGE:
+        if (!parse_uint(&text, ':', &a) || !parse_uint(&text, 0, &b) || a >= b)
+            return wrong_value(id, value);
+        render->first_sample = a;
+        render->sample_count = b - a;
+        return 0;
+    case OPTION_SEED:
+        if (!parse_uint(&text, 0, &a))
+            return wrong_value(id, value);
+        render->use_seed = 1;
+        render->seed = a;
+        return 0;
+    case OPTION_STRATEGY:
+        return parse_strategy(render, value);
+    case OPTION_INDIRECT:
+        return parse_indirect(render, value);
+    case OPTION_CROP:
+        if (!parse_uint(&text, ',', &x0) || !parse_uint(&text, ',', &x1) || !parse_uint(&text, ',', &y0) ||
+            !parse_uint(&text, 0, &y1) || x0 >= x1 || y0 >= y1)
+            return wrong_value(id, value);
+        render->use_crop = 1;
+        render->crop_x = x0;
+        render->crop_y = y0;
+        render->crop_width = x1 - x0;
+        render->crop_height = y1 - y0;
+        return 0;
+    case OPTION_DEFINE:
+        return parse_define(options, value);
+    case OPTION_EXPOSURE:
+        options->exposure = strtof(value, &end);
+        if (end == value || *end || !isfinite(options->exposure))
+            return wrong_value(id, value);
+        return 0;
+    case OPTION_DEVICE:
+        if (!*value)
+            return wrong_value(id, value);
+        options->device = value;
+        return 0;
+    case OPTION_PRECISION:
+        if (strcmp(value, "float") == 0)
+            render->precision = BRUME_PRECISION_FLOAT;
+        else if (strcmp(value, "double") == 0)
+            render->precision = BRUME_PRECISION_DOUBLE;
+        else
+            return wrong_value(id, value);
+        return 0;
+    case OPTION_LANES:
+        if (!parse_uint(&text, 0, &a) || (a != 1 && a != 4 && a != 8 && a != 16))
+            return wrong_value(id, value);
+        render->lanes = a;
+        return 0;
+    case OPTION_STATS:
+        if (strncmp(value, "json", 4) != 0 || (value[4] && (value[4] != ':' || !value[5])))
+            return wrong_value(id, value);
+        options->stats_path = value[4] ? value + 5 : "";
+        return 0;
+    case OPTION_PROGRESS:
+        if (strcmp(value, "auto") == 0)
+            options->progress = CLI_PROGRESS_AUTO;
+        else if (strcmp(value, "none") == 0)
+            options->progress = CLI_PROGRESS_NONE;
+        else if (strcmp(value, "json") == 0)
+            options->progress = CLI_PROGRESS_JSON;
+        else
+            return wrong_value(id, value);
+        return 0;
+    case OPTION_LIST_DEVICES:
+        options->list_devices = 1;
+        return 0;
+    case OPTION_QUIET:
+        options->verbosity = -1;
+        return 0;
+    case OPTION_VERBOSE:
+        options->verbosity = 1;
+        return 0;
+    case OPTION_HELP:
+        options->help = 1;
+        return 0;
+    case OPTION_VERSION:
+        options->version = 1;
+        return 0;
+    case OPTION_COUNT:
+        break;
+    }
+    return CLI_EXIT_USAGE;
+}
