@@ -39,6 +39,11 @@ typedef struct airlight {
     float box[6];               /* low x, y, z, high x, y, z */
 } airlight;
 
+/* For initializers. Spots shine along +z. */
+#define GREY(s) {s, s, s}
+#define POINT(x, y, z, i) {BRUME_LIGHT_POINT, {x, y, z}, {0, 0, 1}, i, 0, 0}
+#define SPOT(x, y, z, i, cutoff, beam) {BRUME_LIGHT_SPOT, {x, y, z}, {0, 0, 1}, i, cutoff, beam}
+
 /* With camera, film, integrator and all; the samples are independent. Destroyed by the caller. */
 brume_scene *airlight_scene(const airlight *a, uint32_t samples);
 

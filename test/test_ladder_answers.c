@@ -19,9 +19,6 @@
 #include "airlight.h"
 #include "known_answer.h"
 
-#define GREY(s) {s, s, s}
-#define POINT(x, y, z, i) {BRUME_LIGHT_POINT, {x, y, z}, {0, 0, 1}, i, 0, 0}
-#define SPOT(x, y, z, i, cutoff, beam) {BRUME_LIGHT_SPOT, {x, y, z}, {0, 0, 1}, i, cutoff, beam}
 /* A point light 1 from the ray, 2 ahead of the eye. */
 #define AIRLIGHT(title, sigma, mean, far) \
     {.name = title, .eye = {-2, 0, 0}, .length = far, .sigma_t = GREY(sigma), .albedo = 1, .g = mean, \
@@ -114,15 +111,6 @@ static const struct { brume_strategy strategy; uint32_t samples; double precisio
     {BRUME_STRATEGY_PRODUCT, 256, 0.005},          {BRUME_STRATEGY_SYSTEMATIC, 64, 0.005},
     {BRUME_STRATEGY_RASTER, 32, 0.005},            {BRUME_STRATEGY_AUTO, 32, 0.005}};
 enum { RUNGS = sizeof rungs / sizeof rungs[0] };
-
-static brume_render_desc climb(brume_strategy strategy, uint32_t samples) {
-    brume_render_desc desc = brume_render_desc_default();
-    desc.guides = 0;
-    desc.use_strategy = 1;
-    desc.strategy = strategy;
-    desc.sample_count = samples;
-    return desc;
-}
 
 /* The quadrature behind all expectations, against 20-digit values of a point light's airlight (Sun, Ramamoorthi,
  * Narasimhan & Nayar 2005), and a closed form for a lamp on the ray:

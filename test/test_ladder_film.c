@@ -57,15 +57,6 @@ static brume_scene *make_scene(void) {
     return scene;
 }
 
-static brume_render_desc by(brume_strategy strategy, uint32_t samples) {
-    brume_render_desc desc = brume_render_desc_default();
-    desc.guides = 0;
-    desc.use_strategy = 1;
-    desc.strategy = strategy;
-    desc.sample_count = samples;
-    return desc;
-}
-
 static void film_of(const brume_scene *scene, const brume_render_desc *desc, float *radiance, float *variance) {
     brume_render *picture = NULL;
     brume_render_stats stats;
@@ -104,10 +95,10 @@ static void blocks_agree(void **state) {
     (void)state;
     NEEDS_DEVICE();
     brume_scene *scene = make_scene();
-    brume_render_desc desc = by(BRUME_STRATEGY_MIS, 2048);
+    brume_render_desc desc = climb(BRUME_STRATEGY_MIS, 2048);
     film_of(scene, &desc, base, base_variance);
     for (int k = 0; k < TRIED; k++) {
-        desc = by(tried[k].strategy, tried[k].samples);
+        desc = climb(tried[k].strategy, tried[k].samples);
         desc.use_seed = 1;
         desc.seed = 1000 + (uint32_t)k;
         film_of(scene, &desc, other, variance);
@@ -134,7 +125,7 @@ static void same_bits_at_every_width(void **state) {
     NEEDS_DEVICE();
     brume_scene *scene = make_scene();
     for (int k = 0; k < 4; k++) {
-        brume_render_desc desc = by(exact[k], 5);
+        brume_render_desc desc = climb(exact[k], 5);
         desc.lanes = 16;
         film_of(scene, &desc, wide, NULL);
         desc.lanes = 1;
@@ -157,7 +148,7 @@ static void same_bits_however_cut(void **state) {
     NEEDS_DEVICE();
     brume_scene *scene = make_scene();
     for (int k = 0; k < 2; k++) {
-        brume_render_desc desc = by(cut[k], 150);
+        brume_render_desc desc = climb(cut[k], 150);
         brume_render *picture = NULL;
         brume_result result;
         int calls = 0, cancels = 0;
