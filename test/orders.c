@@ -208,20 +208,55 @@ static double second_of(const ray *r, point d, int n) {
     return sum;
 }
 
-double orders_second(const orders *o, int n) {
+static double second_of_spot(const ray *r, int n) {
     const point down = {0, 0, -1};
-    ray r = ray_of(o);
+    const orders *o = r->o;
     double sum = 0, to_radians = PI / 180, weight;
     for (int part = 0; part < 2; part++) {
         double from = part ? o->beam : 0, width = part ? o->cutoff - o->beam : o->beam;
         for (int i = 0; width > 0 && i < 8; i++) {
             double angle = from + gauss_node(i, 1, width, &weight);
             for (int j = 0; j < 12 * n; j++)
-                sum += second_of(&r, turned(down, cos(angle * to_radians), 2 * PI * (j + 0.5) / (12 * n)), n) *
+                sum += second_of(r, turned(down, cos(angle * to_radians), 2 * PI * (j + 0.5) / (12 * n)), n) *
                        falloff(o, angle) * sin(angle * to_radians) * weight * to_radians * 2 * PI / (12 * n);
         }
     }
     return sum;
+}
+
+/* What a point light's ray through x turns to x, over the solid angle's sine: directions at the angle psi to the lamp
+ * at distance R, by angles at the lamp. */
+static double airlight_at(const ray *r, double R, double psi, int n) {
+    double closest = R * cos(psi), D = R * sin(psi), a = psi - PI / 2, sum = 0, weight;
+    for (int k = 0; k < 16 * n; k++) {
+        double angle = a + gauss_node(k, 2 * n, PI / 2 - a, &weight);
+        double way = closest + D * (tan(angle) + 1 / cos(angle));
+        sum += weight * exp(-r->sigma * way) * phase(-sin(angle), r->g);
+    }
+    return r->sigma_s * sum / R;
+}
+
+static double second_of_point(const ray *r, int n) {
+    double closest = dot(along(r->lamp, -1, r->eye), r->d), D = sqrt(distance2(r, r->lamp, closest)), sum = 0;
+    double a = atan2(-closest, D), b = atan2(r->length - closest, D), dt, dpsi;
+    for (int i = 0; i < 16 * n; i++) {
+        double angle = a + gauss_node(i, 2 * n, b - a, &dt), t = closest + D * tan(angle), R = D / cos(angle);
+        double scale = dt * R * R / D * r->sigma_s * exp(-r->sigma * t);
+        for (int j = 0; j < 32 * n; j++) {
+            double psi = gauss_node(j, 4 * n, PI, &dpsi), turns = 0;
+            for (int k = 0; k < 32 * n; k++) {
+                double across = cos(2 * PI * (k + 0.5) / (32 * n));
+                turns += phase(-sin(angle) * cos(psi) + cos(angle) * sin(psi) * across, r->g);
+            }
+            sum += scale * dpsi * airlight_at(r, R, psi, n) * turns * 2 * PI / (32 * n);
+        }
+    }
+    return sum;
+}
+
+double orders_second(const orders *o, int n) {
+    ray r = ray_of(o);
+    return o->cutoff < 180 ? second_of_spot(&r, n) : second_of_point(&r, n);
 }
 
 /* ---- isotropic scattering ---------------------------------------------------------------------------------------- */

@@ -33,8 +33,8 @@ typedef struct walk_sums {
 /* Walks follow the light: events by free flight, at each a connection to the ray. */
 walk_sums orders_by_walks(const orders *o, int walks, uint64_t seed);
 
-/* Order 2 over a floor, of a spot whose light doesn't touch the ray: a product rule with `n` times as many nodes as is
- * least. It is smooth, so that twice the nodes tell the error. */
+/* Order 2 of a spot over a floor whose light doesn't touch the ray, or of a point light without a floor: a product rule
+ * with `n` times as many nodes as is least. The integrands are smooth, so that more nodes tell the error. */
 double orders_second(const orders *o, int n);
 
 /* Order 2 or 3 of a point light where scattering is isotropic and there is no floor, to about 1e-6. What arrives at
