@@ -11,6 +11,7 @@
 #include "device_test.h"
 #include "known_answer.h"
 #include "orders.h"
+#include "stats.h"
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
@@ -179,30 +180,21 @@ walk_sums orders_by_walks(const orders *o, int walks, uint64_t seed) {
 
 /* ---- the rule for order 2 ---------------------------------------------------------------------------------------- */
 
-/* Node k of Gauss-Legendre's rule of 8 nodes in each of n parts of [0, length]. */
-static double gauss_node(int k, int n, double length, double *weight) {
-    static const double nodes[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
-    static const double weights[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
-    double half = length / (2 * n), x = nodes[k % 8 / 2];
-    *weight = weights[k % 8 / 2] * half;
-    return half * (2 * (k / 8) + 1 + (k % 2 ? x : -x));
-}
-
 /* What one direction of the lamp's light gives. */
 static double second_of(const ray *r, point d, int n) {
     double length = reach(r->o, r->lamp, d), sum = 0, ds, dt;
     for (int i = 0; i < 16 * n; i++) {
-        double s = gauss_node(i, 2 * n, length, &ds), inner = 0;
+        double s = stats_gauss_node(i, 2 * n, length, &ds), inner = 0;
         point y = along(r->lamp, s, d), w = along(r->end, -1, y);
         for (int j = 0; j < 16 * n; j++) {
-            double t = gauss_node(j, 2 * n, r->length, &dt);
+            double t = stats_gauss_node(j, 2 * n, r->length, &dt);
             inner += dt * to_ray(r, y, d, 0, t) / distance2(r, y, t);
         }
         sum += ds * r->sigma_s * exp(-r->sigma * s) * (inner + to_end(r, y, d) / dot(w, w));
     }
     point y = along(r->lamp, length, d);
     for (int j = 0; j < 16 * n; j++) {
-        double t = gauss_node(j, 2 * n, r->length, &dt);
+        double t = stats_gauss_node(j, 2 * n, r->length, &dt);
         sum += dt * exp(-r->sigma * length) * to_ray(r, y, d, 1, t) / distance2(r, y, t);
     }
     return sum;
@@ -215,7 +207,7 @@ static double second_of_spot(const ray *r, int n) {
     for (int part = 0; part < 2; part++) {
         double from = part ? o->beam : 0, width = part ? o->cutoff - o->beam : o->beam;
         for (int i = 0; width > 0 && i < 8; i++) {
-            double angle = from + gauss_node(i, 1, width, &weight);
+            double angle = from + stats_gauss_node(i, 1, width, &weight);
             for (int j = 0; j < 12 * n; j++)
                 sum += second_of(r, turned(down, cos(angle * to_radians), 2 * PI * (j + 0.5) / (12 * n)), n) *
                        falloff(o, angle) * sin(angle * to_radians) * weight * to_radians * 2 * PI / (12 * n);
@@ -229,7 +221,7 @@ static double second_of_spot(const ray *r, int n) {
 static double airlight_at(const ray *r, double R, double psi, int n) {
     double closest = R * cos(psi), D = R * sin(psi), a = psi - PI / 2, sum = 0, weight;
     for (int k = 0; k < 16 * n; k++) {
-        double angle = a + gauss_node(k, 2 * n, PI / 2 - a, &weight);
+        double angle = a + stats_gauss_node(k, 2 * n, PI / 2 - a, &weight);
         double way = closest + D * (tan(angle) + 1 / cos(angle));
         sum += weight * exp(-r->sigma * way) * phase(-sin(angle), r->g);
     }
@@ -240,10 +232,10 @@ static double second_of_point(const ray *r, int n) {
     double closest = dot(along(r->lamp, -1, r->eye), r->d), D = sqrt(distance2(r, r->lamp, closest)), sum = 0;
     double a = atan2(-closest, D), b = atan2(r->length - closest, D), dt, dpsi;
     for (int i = 0; i < 16 * n; i++) {
-        double angle = a + gauss_node(i, 2 * n, b - a, &dt), t = closest + D * tan(angle), R = D / cos(angle);
+        double angle = a + stats_gauss_node(i, 2 * n, b - a, &dt), t = closest + D * tan(angle), R = D / cos(angle);
         double scale = dt * R * R / D * r->sigma_s * exp(-r->sigma * t);
         for (int j = 0; j < 32 * n; j++) {
-            double psi = gauss_node(j, 4 * n, PI, &dpsi), turns = 0;
+            double psi = stats_gauss_node(j, 4 * n, PI, &dpsi), turns = 0;
             for (int k = 0; k < 32 * n; k++) {
                 double across = cos(2 * PI * (k + 0.5) / (32 * n));
                 turns += phase(-sin(angle) * cos(psi) + cos(angle) * sin(psi) * across, r->g);
@@ -308,7 +300,7 @@ double orders_isotropic(const orders *o, int order) {
     double closest = dot(along(r.lamp, -1, r.eye), r.d), D = sqrt(distance2(&r, r.lamp, closest));
     double a = atan2(-closest, D), b = atan2(r.length - closest, D), sum = 0, weight;
     for (int k = 0; k < 32; k++) {
-        double angle = a + gauss_node(k, 4, b - a, &weight), t = closest + D * tan(angle), R = D / cos(angle);
+        double angle = a + stats_gauss_node(k, 4, b - a, &weight), t = closest + D * tan(angle), R = D / cos(angle);
         sum += weight * R * R / D * r.sigma_s * exp(-r.sigma * t) * arriving(&r, R, order) / (4 * PI);
     }
     return sum;

@@ -38,8 +38,8 @@ walk_sums orders_by_walks(const orders *o, int walks, uint64_t seed);
 double orders_second(const orders *o, int n);
 
 /* Order 2 or 3 of a point light where scattering is isotropic and there is no floor, to about 1e-6. What arrives at
- * distance R of the lamp after n events, J_n / 4 pi per steradian, obeys J_(n+1)(R) = sigma_s / (2 R) times the integral
- * over r of r J_n(r) (E1(sigma |R - r|) - E1(sigma (R + r))). */
+ * distance R of the lamp after n events, J_n / 4 pi per steradian, obeys J_(n+1)(R) = sigma_s / (2 R) times the
+ * integral over r of r J_n(r) (E1(sigma |R - r|) - E1(sigma (R + r))). */
 double orders_isotropic(const orders *o, int order);
 
 #endif

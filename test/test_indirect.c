@@ -1,5 +1,5 @@
-/* test_indirect.c -- light that scatters two and three times, as BRUME_INDIRECT_PHASE, _MIXTURE and _RAY_LIGHTS find it,
- * order by order: against values computed in double (orders.h) and against each other.
+/* test_indirect.c -- light that scatters two and three times, as BRUME_INDIRECT_PHASE, _MIXTURE and _RAY_LIGHTS find
+ * it, order by order: against values computed in double (orders.h) and against each other.
  *
  * An order is what a render with one more edge of depth adds, pixel by pixel; the pixels look along one ray, and their
  * spread gives the standard error. All comparisons are one family at CONFIDENCE (stats.h), counted by TESTS. Errors
