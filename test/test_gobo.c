@@ -2,8 +2,8 @@
  * texel (airlight.h), with and without something in the light; and light that scatters twice, by rays of light against
  * paths.
  *
- * One family at CONFIDENCE (stats.h), counted by TESTS. Errors planted in the kernels must be noticed at the same level,
- * and it is counted how many comparisons would notice 5 %.
+ * One family at CONFIDENCE (stats.h), counted by TESTS. Errors planted in the kernels must be noticed at the same
+ * level, and it is counted how many comparisons would notice 5 %.
  */
 #include <stdarg.h>
 #include <stddef.h>

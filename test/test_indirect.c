@@ -87,8 +87,14 @@ static value expected(int i, int order) {
     return v;
 }
 
-/* Rendered, the orders 2 and up. What the depths share is drawn alike, so that it cancels. */
-static void rendered(int i, brume_indirect way, int highest, uint32_t seed, value *v) {
+typedef struct bug {
+    const char *what, *file, *right, *wrong;
+    brume_indirect way;
+    int at, order; /* the case and the order that must tell */
+} bug;
+
+/* Rendered, the orders 2 and up, with or without a bug. What the depths share is drawn alike, so that it cancels. */
+static void rendered(int i, brume_indirect way, int highest, uint32_t seed, const bug *planted, value *v) {
     static float less[PIXELS * PIXELS * 3], more[PIXELS * PIXELS * 3];
     brume_render_desc desc = climb(BRUME_STRATEGY_AUTO, cases[i].samples);
     desc.use_seed = 1;
@@ -98,6 +104,8 @@ static void rendered(int i, brume_indirect way, int highest, uint32_t seed, valu
         brume_scene *scene = orders_scene(&cases[i].o, depth);
         desc.use_indirect = 1;
         desc.indirect = depth == 2 ? BRUME_INDIRECT_PHASE : way;
+        if (planted && depth == 3)
+            planted_bug(planted->file, planted->right, planted->wrong);
         render_pixels(scene, &desc, more);
         brume_scene_destroy(scene);
         for (int k = 0; k < PIXELS * PIXELS * 3; k++) {
@@ -109,6 +117,7 @@ static void rendered(int i, brume_indirect way, int highest, uint32_t seed, valu
         if (depth > 2)
             v[depth - 3] = (value){e.mean[0], e.error[0]};
     }
+    planted_remove();
 }
 
 /* ---- the computed values ----------------------------------------------------------------------------------------- */
@@ -143,7 +152,7 @@ static void every_way_meets_them(void **state) {
         for (int order = 2; order <= cases[i].highest; order++)
             right[order - 2] = expected(i, order);
         for (int way = 0; way < WAYS; way++)
-            rendered(i, ways[way], cases[i].highest, (uint32_t)(WAYS * i + way), v[way]);
+            rendered(i, ways[way], cases[i].highest, (uint32_t)(WAYS * i + way), NULL, v[way]);
         for (int order = 2; order <= cases[i].highest; order++)
             for (int way = 0; way < WAYS; way++) {
                 value is = v[way][order - 2], other = v[(way + 1) % WAYS][order - 2], ought = right[order - 2];
@@ -163,11 +172,7 @@ static void every_way_meets_them(void **state) {
 
 /* ---- errors planted ---------------------------------------------------------------------------------------------- */
 
-static const struct {
-    const char *what, *file, *right, *wrong;
-    brume_indirect way;
-    int at, order; /* the case and the order that must tell */
-} bugs[] = {
+static const bug bugs[] = {
     {"segments that start in fog gather from lamps, too", "path_medium.h", "by_lamps = gathers & !p->from_medium;",
      "by_lamps = gathers;", BRUME_INDIRECT_RAY_LIGHTS, PAST_0, 3},
     {"surfaces that were reached from fog, too", "path.h",
@@ -191,9 +196,7 @@ static void planted_errors_are_noticed(void **state) {
     NEEDS_DEVICE();
     for (size_t i = 0; i < sizeof bugs / sizeof bugs[0]; i++) {
         value v[2], right = expected(bugs[i].at, bugs[i].order);
-        planted_bug(bugs[i].file, bugs[i].right, bugs[i].wrong);
-        rendered(bugs[i].at, bugs[i].way, bugs[i].order, 1, v);
-        planted_remove();
+        rendered(bugs[i].at, bugs[i].way, bugs[i].order, 1, &bugs[i], v);
         value is = v[bugs[i].order - 2];
         double p = p_of(is, 1, right);
         print_message("%-52s %+.0f %%, %.0f standard errors\n", bugs[i].what, 100 * (is.mean / right.mean - 1),
