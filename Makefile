@@ -43,7 +43,8 @@ lib_objects := $(patsubst lib/%.c,$(build)/lib/%.o,$(wildcard lib/*.c)) \
 cl_files := $(wildcard cl/*.cl cl/*.h)
 entry_points := $(wildcard cl/*.cl)
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
-test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard test/test_*.c),$(wildcard test/*.c)))
+test_programs := $(wildcard test/test_*.c test/measure_*.c)
+test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_programs),$(wildcard test/*.c)))
 
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
@@ -122,6 +123,10 @@ $(build)/test/%.o: test/%.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
 $(build)/test/test_%: $(build)/test/test_%.o $(test_support) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
+
+# Measurements that need the library's internals: made and run by hand.
+$(build)/test/measure_%: $(build)/test/measure_%.o $(test_support) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
 
 # The public header is held to the oldest languages it promises to compile in.

@@ -84,7 +84,7 @@ typedef struct {
     vec facing;        /* of the side that emits */
     ireal prim, shape;
     rgb radiance;
-    mask halved;       /* only half of its piece can be chosen: the sphere's near side */
+    real density;      /* with which it was chosen, relative to evenly over its piece */
 } emitter_place;
 
 /* The point of the segment o + t d, t in [0, t_end], that is closest to c. */
@@ -92,8 +92,17 @@ FN vec segment_nearest(vec o, vec d, real t_end, vec c) {
     return vmad(d, lclamp(vdot(vsub(c, o), d), R(0), t_end), o);
 }
 
-/* On piece `at`. A sphere's point is chosen over the cone under which o sees it; or, `by_area`, evenly over the half
- * that faces the segment o + t d, where it comes closest. */
+/* How densely the point of a sphere with outward normal n is chosen for the segment o + t d, relative to evenly. Points
+ * that face away from both ends of the segment are seen from nowhere on it; those opposite are chosen instead. That
+ * leaves no point that the segment sees to be found by paths alone: a small sphere they find too rarely. */
+FN real sphere_density(vec n, vec center, vec o, vec d, real t_end) {
+    vec start = vsub(o, center);
+    mask a = vdot(n, start) >= R(0), b = vdot(n, vmad(d, t_end, start)) >= R(0);
+    return (a & b) ? R(2) : (a | b) ? R(1) : R(0);
+}
+
+/* On piece `at`. A sphere's point is chosen over the cone under which o sees it; or, `by_area`, as sphere_density says.
+ */
 FN emitter_place emitter_place_of(const scene *s, ireal at, vec o, vec d, real t_end, mask by_area, real u, real v,
                                   mask live) {
     emitter_place e;
@@ -102,7 +111,7 @@ FN emitter_place emitter_place_of(const scene *s, ireal at, vec o, vec d, real t
     e.shape = GATHER_INT(s->emitters, shape, at);
     e.point = o;
     e.normal = vmake(R(0), R(0), R(1));
-    e.halved = FALSE_MASK;
+    e.density = R(1);
     mask triangle = live & (kind == I(EMITTER_TRIANGLE));
     if (ANY(triangle)) {
         ireal i = triangle ? e.prim : I(0);
@@ -124,13 +133,13 @@ FN emitter_place emitter_place_of(const scene *s, ireal at, vec o, vec d, real t
             real r = GATHER(quadrics, radius, q);
             vec n = sphere_normal(o, center, r, u, v);
             if (ANY(by_area)) {
-                vec even = warp_sphere(u, v), to = vsub(segment_nearest(o, d, t_end, center), center);
-                even = vselect(vdot(even, to) < R(0), vneg(even), even);
+                vec even = warp_sphere(u, v);
+                even = vselect(sphere_density(even, center, o, d, t_end) > R(0), even, vneg(even));
                 n = vselect(by_area, even, n);
+                e.density = (sphere & by_area) ? sphere_density(n, center, o, d, t_end) : e.density;
             }
             e.point = vselect(sphere, sphere_project(vmad(n, r, center), center, r), e.point);
             e.normal = vselect(sphere, n, e.normal);
-            e.halved = sphere & by_area;
         }
         mask disk = quadric & !sphere;
         if (ANY(disk)) {

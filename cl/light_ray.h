@@ -19,7 +19,7 @@ typedef struct {
     real length;  /* to the first surface; FAR_AWAY without one */
     rgb flux;     /* carried, W over the probability of the ray; before any extinction */
     mask diffuse; /* that surface is, and reflects: */
-    vec end;      /* on it, moved off it to the lit side: where a shadow ray should end */
+    vec end;      /* on it, moved off it to the lit side: where a shadow ray should start */
     vec ng, ns;   /* unit; ns on the lit side */
     rgb bounce;   /* flux reflected there, per steradian and cosine at ng */
 } light_ray;

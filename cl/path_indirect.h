@@ -40,7 +40,7 @@
 
 typedef struct {
     rgb value; /* without what lies between x and y */
-    real t;    /* of x on the segment */
+    vec y;
     vec wi;    /* from x to y, unit */
     real distance;
 } connection;
@@ -124,10 +124,10 @@ FN connection connect_ray(const light_ray *r, vec o, vec d, real t_end, const me
     real z = fma(v, z1 - z0, z0), e = lexp(z), cosh_z = R(0.5) * (e + R(1) / e);
     real t = closest_t + R(0.5) * (e - R(1) / e) / lmax(scale, R(1e-12));
     real per_density = cosh_z * (z1 - z0) / lmax(scale, R(1e-12));
-    out.t = lclamp(skew ? t : v * reach, R(0), reach);
+    t = lclamp(skew ? t : v * reach, R(0), reach);
     per_density = (skew ? per_density : reach) / density;
 
-    vec x = vmad(d, out.t, o), to_x = vsub(x, r->o);
+    vec x = vmad(d, t, o), to_x = vsub(x, r->o);
     real along = vdot(to_x, r->d);
     vec across = vmad(r->d, -along, to_x);
     real D = lmax(vlength(across), R(0x1p-18f) * (vlength(to_x) + R(1e-18)));
@@ -141,12 +141,13 @@ FN connection connect_ray(const light_ray *r, vec o, vec d, real t_end, const me
     }
     real s = along + equiangular_sample(&range, u);
     s = lclamp(s, R(0), length);
-    vec y = vmad(r->d, s, r->o), y_to_x = vsub(x, y);
+    out.y = vmad(r->d, s, r->o);
+    vec y_to_x = vsub(x, out.y);
     out.distance = lmax(vlength(y_to_x), D);
     out.wi = vscale(y_to_x, R(-1) / out.distance);
     real phases = connect_turns(r->d, d, y_to_x, out.distance, m->g);
     rgb sigma_s = cmul(m->sigma_t, m->albedo);
-    out.value = cscale(cmul(r->flux, medium_transmittance(m->sigma_t, out.t + s)),
+    out.value = cscale(cmul(r->flux, medium_transmittance(m->sigma_t, t + s)),
                        phases * per_density * range.width / D);
     out.value = cmul(out.value, cmul(sigma_s, sigma_s));
     return out;
@@ -175,12 +176,13 @@ FN connection connect_end(const light_ray *r, vec o, vec d, real t_end, const me
         u = shaped ? warped : u;
         density = shaped ? density : R(1);
     }
-    out.t = lclamp(along + equiangular_sample(&range, u), R(0), reach);
-    vec x = vmad(d, out.t, o), from_y = vsub(x, r->end);
+    real t = lclamp(along + equiangular_sample(&range, u), R(0), reach);
+    vec from_y = vsub(vmad(d, t, o), r->end);
+    out.y = r->end;
     out.distance = lmax(vlength(from_y), D);
     out.wi = vscale(from_y, R(-1) / out.distance);
     real cosine = vdot(r->ns, out.wi) < R(0) ? fabs(vdot(r->ng, out.wi)) : R(0);
-    out.value = cscale(cmul(r->bounce, medium_transmittance(m->sigma_t, out.t + r->length)),
+    out.value = cscale(cmul(r->bounce, medium_transmittance(m->sigma_t, t + r->length)),
                        cosine * phase_hg(vneg(out.wi), vneg(d), m->g) * range.width / (D * density));
     out.value = cmul(out.value, cmul(m->sigma_t, m->albedo));
     return out;
@@ -206,13 +208,14 @@ FN void path_connect(const scene *s, path *p, const medium *m, real t_end, mask 
         share = end ? R(1) - share : share;
         share = reflects ? share : R(1);
         c.value = cselect(end, e.value, c.value);
-        c.t = end ? e.t : c.t;
+        c.y = vselect(end, e.y, c.y);
         c.wi = vselect(end, e.wi, c.wi);
         c.distance = end ? e.distance : c.distance;
     }
     live = live & !is_black(c.value) & (share > R(0));
     if (!ANY(live)) return;
-    rgb seen = visibility(s, vmad(p->d, c.t, p->o), c.wi, c.distance * SHORT_OF_LIGHT, p->medium, live);
+    /* From y: rays that leave a surface don't meet it again however large it is, those that end on it may. */
+    rgb seen = visibility(s, c.y, vneg(c.wi), c.distance * SHORT_OF_LIGHT, p->medium, live);
     path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))));
 }
 

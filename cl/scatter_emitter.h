@@ -43,7 +43,7 @@ FN lamp emitter_lamp(const scene *s, vec o, vec d, real t_end, random4 random, m
     if (HAS(AREA_LIGHTS) && s->params->emitter_count > 0 && ANY(near)) {
         ireal at = emitter_choose(s, unit(random.x), share, near);
         emitter_place on = emitter_place_of(s, at, o, d, t_end, TRUE_MASK, unit(random.y), unit(random.z), near);
-        real per_area = luminance(on.radiance) / R(s->params->emitter_weight) * (on.halved ? R(2) : R(1));
+        real per_area = luminance(on.radiance) / R(s->params->emitter_weight) * on.density;
         vec side = vsub(segment_nearest(o, d, t_end, on.point), on.point);
         /* What glows glows on one side. */
         side = vselect(vdot(side, on.facing) < R(0), on.facing, side);
@@ -98,9 +98,8 @@ FN real emitter_met_weight(const scene *s, const flight_record *r, vec x, vec d,
             mask sphere = quadric & (GATHER_INT(s->geometry.quadrics, kind, q) == I(QUADRIC_SPHERE));
             vec center = VGATHER(s->geometry.quadrics, center, q);
             vec start = vmad(r->before, -r->back, x);
-            vec to = vsub(segment_nearest(start, r->before, r->back + r->ahead, center), center);
-            mask near_side = vdot(to, vsub(point, center)) >= R(0);
-            per_area = sphere ? (near_side ? R(2) * per_area : R(0)) : per_area;
+            real density = sphere_density(vsub(point, center), center, start, r->before, r->back + r->ahead);
+            per_area = sphere ? density * per_area : per_area;
         }
     }
     per_area = per_area * (R(1) - environment_share(s));

@@ -7,7 +7,7 @@
 
 /* So many lamps have a tree, or so many where one leaf holds them all; fewer are all looked at.
  *
- * Measured by test_light_tree measure, 16 lanes on two cores: nanoseconds per choice for a segment, and the relative
+ * Measured by test/measure_light_tree, 16 lanes on two cores: nanoseconds per choice for a segment, and the relative
  * variance of one estimate of all that lamps without shadows scatter to the eye.
  *                    lamps    30    100    300   1000   3000  10000
  *   narrow   loop       ns   413   1373   3963  13162  41639 142900

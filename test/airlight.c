@@ -14,8 +14,7 @@
 
 /* ---- the scene --------------------------------------------------------------------------------------------------- */
 
-static void add_lamp(brume_scene *scene, const air_lamp *lamp) {
-    brume_light_desc desc = brume_light_desc_default(lamp->kind);
+static view frame_of(const air_lamp *lamp) {
     view v = {{lamp->position[0], lamp->position[1], lamp->position[2]}, {0, 0, 1}, {0, 1, 0}, 0};
     if (lamp->kind != BRUME_LIGHT_POINT)
         for (int i = 0; i < 3; i++)
@@ -24,11 +23,29 @@ static void add_lamp(brume_scene *scene, const air_lamp *lamp) {
         v.up[1] = 0;
         v.up[2] = 1;
     }
+    return v;
+}
+
+static uint32_t add_gobo(brume_scene *scene, const air_gobo *gobo) {
+    brume_texture_desc desc = brume_texture_desc_default();
+    uint32_t id;
+    desc.width = desc.height = (uint32_t)gobo->size;
+    desc.texels = gobo->texels;
+    desc.filter = gobo->nearest ? BRUME_FILTER_NEAREST : BRUME_FILTER_BILINEAR;
+    must(brume_scene_add_texture(scene, &desc, &id));
+    return id;
+}
+
+static void add_lamp(brume_scene *scene, const air_lamp *lamp, const air_gobo *gobo) {
+    brume_light_desc desc = brume_light_desc_default(lamp->kind);
+    view v = frame_of(lamp);
     view_matrix(&v, desc.to_world);
     set_all(desc.intensity, lamp->intensity);
     if (lamp->kind == BRUME_LIGHT_SPOT) {
         desc.cutoff_angle = lamp->cutoff;
         desc.beam_width = lamp->beam;
+        if (gobo)
+            desc.texture = add_gobo(scene, gobo);
     }
     must(brume_scene_add_light(scene, &desc, NULL));
 }
@@ -91,7 +108,7 @@ brume_scene *airlight_scene(const airlight *a, uint32_t samples) {
     must(brume_scene_add_medium(scene, &fog, &medium));
     set_camera(scene, &ray, a->bounded && !in_box(a, ray.origin) ? BRUME_NONE : medium);
     for (int k = 0; k < AIR_LAMPS && a->lamps[k].intensity > 0; k++)
-        add_lamp(scene, &a->lamps[k]);
+        add_lamp(scene, &a->lamps[k], a->gobo);
     for (int k = 0; k < AIR_BALLS && a->balls[k].radius > 0; k++)
         add_ball(scene, &a->balls[k], black);
     if (a->triangle_count > 0)
@@ -180,6 +197,26 @@ static double off_axis(const air_lamp *lamp, const double d[3]) {
     return atan2(sqrt(dot(across, across)), -dot(axis, d));
 }
 
+/* What comes through in a channel towards the point that lies -d from the lamp; in i, j: the cell between middles of
+ * texels, or the texel. */
+static double through_gobo(const airlight *a, const air_lamp *lamp, const double d[3], int channel, int *i, int *j) {
+    const air_gobo *gobo = a->gobo;
+    view v = frame_of(lamp);
+    double x[3], y[3], n = gobo->size, shift = gobo->nearest ? 0 : 0.5;
+    cross(v.up, v.forward, x);
+    cross(v.forward, x, y);
+    double scale = 0.5 / (dot(d, v.forward) * tan(lamp->cutoff * (PI / 180)));
+    double px = n * (0.5 + scale * dot(d, x)) - shift, py = n * (0.5 + scale * dot(d, y)) - shift, sum = 0;
+    *i = (int)floor(px);
+    *j = (int)floor(py);
+    for (int k = 0; k < (gobo->nearest ? 1 : 4); k++) {
+        int column = (*i + k % 2 + gobo->size) % gobo->size, row = (*j + k / 2 + gobo->size) % gobo->size;
+        double wx = k % 2 ? px - *i : 1 - px + *i, wy = k / 2 ? py - *j : 1 - py + *j;
+        sum += (gobo->nearest ? 1 : wx * wy) * gobo->texels[3 * (gobo->size * row + column) + channel];
+    }
+    return sum;
+}
+
 /* Which of the functions that the integrand is made of holds at t; 0 where it is black. */
 static int state_at(const airlight *a, const air_lamp *lamp, double t) {
     double p[3], d[3];
@@ -192,6 +229,11 @@ static int state_at(const airlight *a, const air_lamp *lamp, double t) {
         if (angle >= lamp->cutoff * (PI / 180))
             return 0;
         state += angle > lamp->beam * (PI / 180);
+        if (a->gobo) {
+            int i, j;
+            through_gobo(a, lamp, d, 0, &i, &j);
+            state += 2 * (i + 1 + (a->gobo->size + 1) * (j + 1));
+        }
     }
     for (int k = 0; k < AIR_BALLS && a->balls[k].radius > 0; k++)
         if (meets_ball(&a->balls[k], p, d))
@@ -227,6 +269,9 @@ static double value_at(const integrand *f, double x) {
     if (lamp->kind == BRUME_LIGHT_SPOT) {
         double angle = off_axis(lamp, d) * (180 / PI);
         value *= angle <= lamp->beam ? 1 : fmax(lamp->cutoff - angle, 0) / (lamp->cutoff - lamp->beam);
+        int i, j;
+        if (a->gobo)
+            value *= through_gobo(a, lamp, d, f->channel, &i, &j);
     }
     return f->by_angle ? value * f->D / (cos(x) * cos(x)) : value;
 }

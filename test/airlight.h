@@ -26,18 +26,30 @@ typedef struct air_ball {
     float center[3], radius;
 } air_ball;
 
+/* What lies before a spot, over the square about its cone: u grows along the x of its frame, v along the y. */
+typedef struct air_gobo {
+    int size, nearest;   /* else bilinear, going round at the rim */
+    const float *texels; /* size x size x 3. Copied. */
+} air_gobo;
+
 typedef struct airlight {
     const char *name;
     float eye[3];
     float length;               /* to a black wall; 0: there is none */
     float sigma_t[3], albedo, g;
     air_lamp lamps[AIR_LAMPS];  /* up to the first of intensity 0 */
+    const air_gobo *gobo;       /* of all spots, or NULL */
     air_ball balls[AIR_BALLS];  /* up to the first of radius 0 */
     const float *triangles;     /* black, 9 floats each; copied */
     int triangle_count;
     int bounded;                /* fog in the box only, behind a null boundary */
     float box[6];               /* low x, y, z, high x, y, z */
 } airlight;
+
+/* For initializers. Spots shine along +z. */
+#define GREY(s) {s, s, s}
+#define POINT(x, y, z, i) {BRUME_LIGHT_POINT, {x, y, z}, {0, 0, 1}, i, 0, 0}
+#define SPOT(x, y, z, i, cutoff, beam) {BRUME_LIGHT_SPOT, {x, y, z}, {0, 0, 1}, i, cutoff, beam}
 
 /* With camera, film, integrator and all; the samples are independent. Destroyed by the caller. */
 brume_scene *airlight_scene(const airlight *a, uint32_t samples);

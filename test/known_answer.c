@@ -11,6 +11,7 @@
 #include <string.h>
 
 #include "known_answer.h"
+#include "planted.h"
 
 brume_context *context;
 brume_device *device;
@@ -34,6 +35,7 @@ int open_device(void **state) {
 
 int close_device(void **state) {
     (void)state;
+    planted_remove();
     brume_device_destroy(device);
     brume_context_destroy(context);
     return 0;
@@ -183,18 +185,20 @@ void add_constant(brume_scene *scene, double radiance) {
 
 /* ---- estimates and checks ---------------------------------------------------------------------------------------- */
 
-estimate render_as(const brume_scene *scene, const brume_render_desc *desc) {
-    estimate result;
-    float pixels[PIXELS * PIXELS * 3];
+void render_pixels(const brume_scene *scene, const brume_render_desc *desc, float *pixels) {
     brume_render *picture = NULL;
     brume_render_stats stats;
-    const int n = PIXELS * PIXELS;
     must(brume_render_create(device, scene, desc, &picture));
     must(brume_render_run(picture, NULL, NULL));
-    must(brume_render_read(picture, BRUME_CHANNEL_RADIANCE, pixels, sizeof pixels / sizeof pixels[0]));
+    must(brume_render_read(picture, BRUME_CHANNEL_RADIANCE, pixels, PIXELS * PIXELS * 3));
     must(brume_render_get_stats(picture, &stats));
     assert_int_equal(stats.bad_samples, 0);
     brume_render_destroy(picture);
+}
+
+estimate estimate_of(const float *pixels) {
+    estimate result;
+    const int n = PIXELS * PIXELS;
     for (int c = 0; c < 3; c++) {
         double sum = 0, squares = 0;
         for (int i = 0; i < n; i++)
@@ -205,6 +209,21 @@ estimate render_as(const brume_scene *scene, const brume_render_desc *desc) {
         result.error[c] = sqrt(squares / (n - 1.0) / n);
     }
     return result;
+}
+
+estimate render_as(const brume_scene *scene, const brume_render_desc *desc) {
+    float pixels[PIXELS * PIXELS * 3];
+    render_pixels(scene, desc, pixels);
+    return estimate_of(pixels);
+}
+
+brume_render_desc climb(brume_strategy strategy, uint32_t samples) {
+    brume_render_desc desc = brume_render_desc_default();
+    desc.guides = 0;
+    desc.use_strategy = 1;
+    desc.strategy = strategy;
+    desc.sample_count = samples;
+    return desc;
 }
 
 estimate render(brume_scene *scene) {

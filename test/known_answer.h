@@ -18,8 +18,8 @@
 #define FLOAT_ERROR 5e-6 /* relative: what float32 transport may be off by */
 #define DEPTH_ANY (-1)
 
-/* Set by open_device and freed by close_device, a test program's group setup and teardown; device is NULL where there
- * is none. */
+/* Set by open_device and freed by close_device, a test program's group setup and teardown, which also removes a planted
+ * bug (planted.h); device is NULL where there is none. */
 extern brume_context *context;
 extern brume_device *device;
 int open_device(void **state);
@@ -58,7 +58,13 @@ typedef struct estimate {
     double mean[3], error[3]; /* standard error of the mean, from the spread of the pixels */
 } estimate;
 
-/* Renders as the descriptor says; PIXELS x PIXELS. */
+/* A descriptor: the strategy, samples per pixel, no guides. */
+brume_render_desc climb(brume_strategy strategy, uint32_t samples);
+
+/* Renders as the descriptor says; PIXELS x PIXELS x 3. */
+void render_pixels(const brume_scene *scene, const brume_render_desc *desc, float *pixels);
+estimate estimate_of(const float *pixels);
+/* Both. */
 estimate render_as(const brume_scene *scene, const brume_render_desc *desc);
 /* Renders with the scene's own settings and destroys it. */
 estimate render(brume_scene *scene);

@@ -94,6 +94,12 @@ double stats_level(double confidence, size_t tests) { return -expm1(log1p(-confi
 static const double nodes[4] = {0.1834346424956498, 0.5255324099163290, 0.7966664774136267, 0.9602898564975363};
 static const double weights[4] = {0.3626837833783620, 0.3137066458778873, 0.2223810344533745, 0.1012285362903763};
 
+double stats_gauss_node(int k, int n, double length, double *weight) {
+    double half = length / (2 * n), x = nodes[k % 8 / 2];
+    *weight = weights[k % 8 / 2] * half;
+    return half * (2 * (k / 8) + 1 + (k % 2 ? x : -x));
+}
+
 static double gauss(stats_density *f, const void *user, double x0, double x1, double y0, double y1) {
     double sum = 0, hx = (x1 - x0) / 2, hy = (y1 - y0) / 2, mx = (x0 + x1) / 2, my = (y0 + y1) / 2;
     for (int i = 0; i < 8; i++) {

@@ -36,6 +36,9 @@ typedef double stats_density(const void *user, double x, double y);
 double stats_integrate(stats_density *f, const void *user, double x0, double x1, double y0, double y1,
                        double tolerance);
 
+/* Node k, and its weight, of Gauss-Legendre's rule of 8 nodes in each of n equal parts of [0, length]. */
+double stats_gauss_node(int k, int n, double length, double *weight);
+
 /* A histogram of directions: `rows` bands of equal solid angle, z = cos theta from z0 to 1, times `columns` of phi. */
 typedef struct direction_grid {
     int rows, columns;

@@ -17,10 +17,6 @@
 #include "known_answer.h"
 #include "meshes.h"
 
-#define GREY(s) {s, s, s}
-#define POINT(x, y, z, i) {BRUME_LIGHT_POINT, {x, y, z}, {0, 0, 1}, i, 0, 0}
-#define SPOT(x, y, z, i, cutoff, beam) {BRUME_LIGHT_SPOT, {x, y, z}, {0, 0, 1}, i, cutoff, beam}
-
 /* A blade before the spot hides half of its beam and more; another, tilted, crosses no plane squarely. */
 static const float blade[18] = {0.1f, -1, 1, 2, -1, 1, 2, 1, 1, 0.1f, -1, 1, 2, 1, 1, 0.1f, 1, 1};
 static const float tilted[18] = {-0.3f, -1, 1.5f, 0.1f, -1, 1.25f, 0.2f, 1, 2, -0.3f, -1, 1.5f, 0.2f, 1, 2, -0.4f, 1,
@@ -126,12 +122,8 @@ static void every_rung_sees_the_shadows(void **state) {
         memset(open.balls, 0, sizeof open.balls);
         int channels = a->sigma_t[0] != a->sigma_t[1] ? 3 : 1;
         for (int k = 0; k < RUNGS; k++) {
-            brume_render_desc desc = brume_render_desc_default();
-            desc.guides = 0;
-            desc.use_strategy = 1;
-            desc.strategy = rungs[k].strategy;
+            brume_render_desc desc = climb(rungs[k].strategy, rungs[k].samples);
             desc.positions = rungs[k].positions;
-            desc.sample_count = rungs[k].samples;
             estimate e = render_as(scene, &desc);
             for (int c = 0; c < channels; c++) {
                 double expected = airlight_expected(a, c), mean = e.mean[c], error = e.error[c];
