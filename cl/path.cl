@@ -37,15 +37,12 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
     if (HAS(GUIDES)) film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
 }
 
-/* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
+/* `samples` samples of each pixel of a tile from `first_sample` on.
  *
- * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile.
- * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
-__kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
-void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
-                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
-    uint group = group_begin + (uint)get_global_id(0);
-    if (group >= group_end) return;
+ * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
+ * whole body inlined: the machine code was generated three times over. */
+CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group,
+                      uint first_sample, uint samples, uint is_pilot) {
     SCENE_FROM_PARAMETERS(s);
 
     uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
@@ -83,4 +80,16 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
             finish_paths(&f, &p, bad, y * I(params->width) + x, U32(first_sample) + to_ureal32(started) - U32(1),
                          finished);
     }
+}
+
+/* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
+ *
+ * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile.
+ * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
+__kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
+                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
+    uint group = group_begin + (uint)get_global_id(0);
+    if (group < group_end)
+        render_tile(SCENE_ARGUMENTS, planes, bad, plan, group, first_sample, samples, is_pilot);
 }
