@@ -135,23 +135,29 @@ static brume_result create_film(brume_render *render) {
     return BRUME_OK;
 }
 
+/* PoCL has other code for grids of 65535 and wider, and would generate it in the middle of the render. */
+#define WIDEST_GRID ((size_t)32768)
+
 /* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them,
  * and waits. */
 static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
                      cl_uint is_pilot) {
     cl_kernel kernel = brume_render_program_begin_launch(render);
-    cl_uint narrow = render->stats.lanes / render->program.lanes; /* groups of a narrower program in one of ours */
-    cl_uint values[5] = {group * narrow, (group + groups) * narrow, first, samples, is_pilot};
+    size_t narrow = render->stats.lanes / render->program.lanes; /* groups of a narrower program in one of ours */
+    size_t at = group * narrow, end = (group + (size_t)groups) * narrow, local = render->local_size;
+    size_t most = render->device->info.is_gpu ? end : WIDEST_GRID;
     cl_int code = CL_SUCCESS;
-    for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
-        code = clSetKernelArg(kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
-    size_t local = render->local_size;
-    size_t global = ((size_t)groups * narrow + local - 1) / local * local;
-    if (code == CL_SUCCESS)
-        code = clEnqueueNDRangeKernel(render->device->queue, kernel, 1, NULL, &global, &local, 0, NULL, NULL);
-    if (code == CL_SUCCESS) code = clFinish(render->device->queue);
+    for (; at < end && code == CL_SUCCESS; at += most) {
+        size_t count = end - at < most ? end - at : most, global = (count + local - 1) / local * local;
+        cl_uint values[5] = {(cl_uint)at, (cl_uint)(at + count), first, samples, is_pilot};
+        for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
+            code = clSetKernelArg(kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
+        if (code == CL_SUCCESS)
+            code = clEnqueueNDRangeKernel(render->device->queue, kernel, 1, NULL, &global, &local, 0, NULL, NULL);
+    }
+    cl_int finished = clFinish(render->device->queue);
     brume_render_program_end_launch(render);
-    return code;
+    return code == CL_SUCCESS ? finished : code;
 }
 
 /* Builds the program for what the scene calls for. */

@@ -106,9 +106,9 @@ static brume_result make_source(brume_render *render, uint32_t features, uint32_
     char options[200];
     /* The stack in steps, so that most scenes find each other's programs in the cache. */
     snprintf(options, sizeof options,
-             "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d -DLAYOUT_LANES=%u",
+             "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d -DLAYOUT_LANES=%u%s",
              features, (stack_size + 15) / 16 * 16, (unsigned)render->local_size, (int)render->desc.strategy,
-             (int)render->desc.indirect, render->stats.lanes);
+             (int)render->desc.indirect, render->stats.lanes, lanes < render->stats.lanes ? " -DQUICK" : "");
     return brume_program_source_make(render->device, "path.cl", lanes, render->desc.precision, options, out);
 }
 
