@@ -35,9 +35,9 @@ int brume_program_cache_store(const char *folder, const char *facts, const unsig
 cl_program brume_program_cache_open(brume_device *device, const char *folder, const brume_program_source *source,
                                     uint64_t *bytes);
 
-/* Keeps a program that was built from source and has run: PoCL's binaries hold the machine code of the launches so far.
- * Slow there, because it generates code once more, for any local size. No launch of it may be under way. Returns whether
- * it is kept. */
+/* Keeps a program that was built from source and has run: PoCL's binaries hold the machine code of the launches so
+ * far. Slow there, because it generates code once more, for any local size. No launch of it may be under way. Returns
+ * whether it is kept. */
 int brume_program_cache_keep(brume_device *device, const char *folder, const brume_program_source *source,
                                   cl_program program);
 

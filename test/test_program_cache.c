@@ -94,7 +94,7 @@ static int teardown(void **state) {
     return system(command);
 }
 
-/* ---- entries of the test's own: the format as program_cache.c describes it ------------------------------------------ */
+/* ---- entries of the test's own: the format as program_cache.c describes it ------------------------------------- */
 
 static const char facts[] = "brume: 0.1.0\ndevice: a machine\noptions: -DX=1\nsource: 00ff\n";
 static const unsigned char binary[] = "machine code, as it were, of some length";
@@ -338,7 +338,7 @@ static void processes_share_an_entry(void **state) {
     assert_int_equal(files_in_cache(), 1);
 }
 
-/* ---- renders -------------------------------------------------------------------------------------------------------- */
+/* ---- renders --------------------------------------------------------------------------------------------------- */
 
 static char *entry_of_render(void) {
     char command[160], *path = malloc(256);
