@@ -39,6 +39,6 @@ cl_program brume_program_cache_open(brume_device *device, const char *folder, co
  * far. Slow there, because it generates code once more, for any local size. No launch of it may be under way. Returns
  * whether it is kept. */
 int brume_program_cache_keep(brume_device *device, const char *folder, const brume_program_source *source,
-                                  cl_program program);
+                              cl_program program);
 
 #endif

@@ -1,4 +1,8 @@
-/* render_program.c -- see render_program.h. */
+/* render_program.c -- see render_program.h.
+ *
+ * With PoCL 3.1 the narrow program renders while the front end is busy with the wide one, but waits while machine code
+ * is generated at the first launch, about a second: a lock of the driver's is held all that time.
+ */
 #include "render_program.h"
 
 #include <stdio.h>
@@ -10,7 +14,8 @@
 #include "program_cache.h"
 #include "render.h"
 
-/* Of widths 1, 4 and 8 the quickest to compile. */
+/* Of all widths the quickest to compile: 1.5 seconds, half a second of which any program costs, where the others take
+ * 1.8 to 2. It renders two to three times as slowly as 16. */
 enum { QUICK_LANES = 1 };
 
 enum { WIDE_PENDING = 0, WIDE_READY = 1, WIDE_FAILED = 2 };
