@@ -167,6 +167,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
 {
     memset(options, 0, sizeof *options);
     options->render = brume_render_desc_default();
+    options->render.quick_start = 1;
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);
     options->parameters = calloc(most, sizeof *options->parameters);

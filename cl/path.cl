@@ -8,7 +8,12 @@
 /* So many lanes may idle before new samples start in them: starting costs all lanes the time of one camera ray. */
 #define MAX_IDLE (LANES / 8)
 
-#define TILE_WIDTH (LANES >= 8 ? 4 : LANES >= 4 ? 2 : 1)
+/* The film is laid out for programs of this width; narrower ones may render into it, a part of a tile each, and give
+ * the same bits. */
+#ifndef LAYOUT_LANES
+#define LAYOUT_LANES LANES
+#endif
+#define TILE_WIDTH (LAYOUT_LANES >= 8 ? 4 : LAYOUT_LANES >= 4 ? 2 : 1)
 
 /* Adds finished paths to the film. */
 FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pixel, ureal32 sample, mask finished) {
@@ -37,27 +42,26 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
     if (HAS(GUIDES)) film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
 }
 
-/* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
+/* `samples` samples of each pixel of a group from `first_sample` on.
  *
- * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile.
- * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
-__kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
-void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
-                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
-    uint group = group_begin + (uint)get_global_id(0);
-    if (group >= group_end) return;
+ * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
+ * whole body inlined: the machine code was generated three times over. */
+CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group,
+                      uint first_sample, uint samples, uint is_pilot) {
     SCENE_FROM_PARAMETERS(s);
 
     uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
-    uint tile_height = LANES / TILE_WIDTH;
+    uint tile_height = LAYOUT_LANES / TILE_WIDTH;
     uint tiles_y = ((uint)params->crop_height + tile_height - 1) / tile_height;
     film f;
     f.planes = planes;
-    f.slots = (size_t)tiles_x * tiles_y * LANES;
+    f.slots = (size_t)tiles_x * tiles_y * LAYOUT_LANES;
     f.first = (size_t)group * LANES;
 
-    ireal in_x = I((group % tiles_x) * TILE_WIDTH) + (lane_index() & I(TILE_WIDTH - 1));
-    ireal in_y = I((group / tiles_x) * tile_height) + lane_index() / I(TILE_WIDTH);
+    uint tile = group / (LAYOUT_LANES / LANES);
+    ireal place = I(group % (LAYOUT_LANES / LANES) * LANES) + lane_index();
+    ireal in_x = I((tile % tiles_x) * TILE_WIDTH) + (place & I(TILE_WIDTH - 1));
+    ireal in_y = I((tile / tiles_x) * tile_height) + place / I(TILE_WIDTH);
     mask inside = (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
     ireal x = in_x + I(params->crop_x), y = in_y + I(params->crop_y);
 
@@ -83,4 +87,17 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
             finish_paths(&f, &p, bad, y * I(params->width) + x, U32(first_sample) + to_ureal32(started) - U32(1),
                          finished);
     }
+}
+
+/* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
+ *
+ * Groups group_begin ... group_end - 1 of LANES pixels, `samples` samples of each from `first_sample` on. One work-item
+ * a group, which is a tile of the film unless that is laid out for a wider program.
+ * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
+__kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
+                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
+    uint group = group_begin + (uint)get_global_id(0);
+    if (group < group_end)
+        render_tile(SCENE_ARGUMENTS, planes, bad, plan, group, first_sample, samples, is_pilot);
 }

@@ -48,6 +48,11 @@ typedef struct {
         __global const b_emitter *emitters, __global const float *cdf, __global const float *filter,   \
         __global const b_light_block *light_tree
 
+/* To hand them on. */
+#define SCENE_ARGUMENTS                                                                                              \
+    params, nodes, blocks, quadric_ids, quadrics, triangles, positions, normals, uvs, shapes, bsdfs, textures,       \
+        texels, media, lights, emitters, cdf, filter, light_tree
+
 #define SCENE_FROM_PARAMETERS(s)                \
     scene s;                                    \
     s.params = params;                          \

@@ -62,7 +62,7 @@ BRUME_API const char *brume_result_name(brume_result result);
 /* The id of nothing: no texture, no medium, no back side. */
 #define BRUME_NONE UINT32_MAX
 
-/* ---- context ----------------------------------------------------------------------------------------------------- */
+/* ---- context --------------------------------------------------------------------------------------------------- */
 
 typedef struct brume_context brume_context;
 
@@ -81,7 +81,7 @@ BRUME_API void brume_context_set_log(brume_context *context, brume_log_callback 
  * failed call. */
 BRUME_API const char *brume_context_message(const brume_context *context);
 
-/* ---- devices ----------------------------------------------------------------------------------------------------- */
+/* ---- devices --------------------------------------------------------------------------------------------------- */
 
 typedef struct brume_device brume_device;
 
@@ -106,7 +106,7 @@ BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t in
 BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
 BRUME_API void brume_device_destroy(brume_device *device);
 
-/* ---- scene description ------------------------------------------------------------------------------------------- */
+/* ---- scene description ----------------------------------------------------------------------------------------- */
 
 typedef struct brume_scene brume_scene;
 
@@ -342,7 +342,7 @@ BRUME_API brume_result brume_scene_set_integrator(brume_scene *scene, const brum
 BRUME_API brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out);
 BRUME_API brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out);
 
-/* ---- render ------------------------------------------------------------------------------------------------------ */
+/* ---- render ---------------------------------------------------------------------------------------------------- */
 
 typedef struct brume_render brume_render;
 
@@ -364,14 +364,21 @@ typedef struct brume_render_desc {
     uint32_t positions;
     uint32_t use_indirect;     /* override the scene's; 0 */
     brume_indirect indirect;
+    uint32_t quick_start;      /* where lanes is 0 and the program is not in the cache: begin with a narrower one, which
+                                  compiles sooner, and go over to it once it is built. The same picture, sooner begun,
+                                  at the price of two compilations; 0 */
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
 
-/* Builds the BVH, uploads the scene and builds the kernels. The scene may be changed or destroyed afterwards: the
+/* Builds the BVH, uploads the scene and builds the program, or takes it from the cache: a folder of programs compiled
+ * before, $BRUME_CACHE_DIR where that is set (empty: no cache), else $XDG_CACHE_HOME/brume, else ~/.cache/brume. It
+ * holds up to 256 MiB; what was used least recently goes first. The scene may be changed or destroyed afterwards: the
  * render has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. desc may be NULL: the defaults. */
 BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                            const brume_render_desc *desc, brume_render **out);
+/* Waits for a program that a quick start is still building, and puts the program of a complete render into the cache if
+ * it is not there: about a second with PoCL, once. */
 BRUME_API void brume_render_destroy(brume_render *render);
 
 typedef struct brume_progress {
@@ -411,6 +418,11 @@ typedef struct brume_render_stats {
     uint64_t device_bytes;
     double bvh_seconds, upload_seconds, build_seconds, render_seconds;
     double pilot_seconds;           /* of render_seconds: a sample that found out how to look at each lamp */
+    uint32_t program_cached;        /* the program came from the cache, not from source */
+    uint32_t quick_lanes;           /* width of the program that a quick start began with; 0: there was none */
+    uint32_t swapped_at_sample;     /* per pixel, in whole passes, when the wide one took over; 0 if it did not */
+    double swap_seconds;            /* from the start of the build until then; 0 if it did not */
+    uint64_t program_bytes;         /* of the binary that came from there; else 0 */
 } brume_render_stats;
 
 BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);

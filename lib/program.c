@@ -130,8 +130,8 @@ static brume_result fail_build(brume_device *device, cl_program program, const c
     return result;
 }
 
-static brume_result build(brume_device *device, const char *entry, const char *text, uint32_t lanes,
-                          brume_precision precision, const char *options, cl_program *out) {
+/* Everything but the text that the compiler is told. */
+static char *all_options(brume_device *device, uint32_t lanes, brume_precision precision, const char *options) {
     cl_device_fp_config config = 0;
     clGetDeviceInfo(device->id, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
     brume_text all = {0};
@@ -140,40 +140,59 @@ static brume_result build(brume_device *device, const char *entry, const char *t
                       precision == BRUME_PRECISION_DOUBLE ? " -DBRUME_DOUBLE" : "",
                       config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
     if (options) brume_text_add(&all, options, strlen(options));
-    if (all.failed) {
-        free(all.data);
-        return brume_fail(device->context, BRUME_ERROR_MEMORY, "building kernels: out of memory");
-    }
-    cl_int code;
-    cl_program program = clCreateProgramWithSource(device->cl, 1, &text, NULL, &code);
-    brume_result result = BRUME_OK;
-    if (code != CL_SUCCESS) {
-        result = brume_fail_cl(device->context, code, "creating a program");
-    } else if ((code = clBuildProgram(program, 1, &device->id, all.data, NULL, NULL)) != CL_SUCCESS) {
-        result = fail_build(device, program, entry);
-        clReleaseProgram(program);
-    } else {
-        *out = program;
-    }
+    if (!all.failed) return all.data;
     free(all.data);
-    return result;
+    return NULL;
 }
 
-brume_result brume_program_build(brume_device *device, const char *entry, uint32_t lanes, brume_precision precision,
-                                 const char *options, cl_program *out) {
+/* Takes over `text`. */
+static brume_result source_of(brume_device *device, const char *entry, char *text, uint32_t lanes,
+                              brume_precision precision, const char *options, brume_program_source *out) {
+    brume_program_source source = {entry, text, all_options(device, lanes, precision, options)};
+    if (!source.options) {
+        brume_program_source_free(&source);
+        return brume_fail(device->context, BRUME_ERROR_MEMORY, "building kernels: out of memory");
+    }
+    *out = source;
+    return BRUME_OK;
+}
+
+brume_result brume_program_source_make(brume_device *device, const char *entry, uint32_t lanes,
+                                       brume_precision precision, const char *options, brume_program_source *out) {
     char *text = NULL;
-    brume_result result = brume_program_expand(device->context, entry, &text);
-    if (result == BRUME_OK) result = build(device, entry, text, lanes, precision, options, out);
-    free(text);
-    return result;
+    BRUME_TRY(brume_program_expand(device->context, entry, &text));
+    return source_of(device, entry, text, lanes, precision, options, out);
+}
+
+void brume_program_source_free(brume_program_source *source) {
+    free(source->text);
+    free(source->options);
+    memset(source, 0, sizeof *source);
+}
+
+brume_result brume_program_compile(brume_device *device, const brume_program_source *source, cl_program *out) {
+    cl_int code;
+    const char *text = source->text;
+    cl_program program = clCreateProgramWithSource(device->cl, 1, &text, NULL, &code);
+    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating a program");
+    code = clBuildProgram(program, 1, &device->id, source->options, NULL, NULL);
+    if (code != CL_SUCCESS) {
+        brume_result result = fail_build(device, program, source->entry);
+        clReleaseProgram(program);
+        return result;
+    }
+    *out = program;
+    return BRUME_OK;
 }
 
 brume_result brume_program_build_text(brume_device *device, const char *text, uint32_t lanes, brume_precision precision,
                                       const char *options, cl_program *out) {
     expansion e = {.context = device->context};
+    brume_program_source source = {0};
     char *expanded = NULL;
-    brume_result result = finish_expansion(&e, expand_text(&e, "text", text, 0), &expanded);
-    if (result == BRUME_OK) result = build(device, "text", expanded, lanes, precision, options, out);
-    free(expanded);
+    BRUME_TRY(finish_expansion(&e, expand_text(&e, "text", text, 0), &expanded));
+    BRUME_TRY(source_of(device, "text", expanded, lanes, precision, options, &source));
+    brume_result result = brume_program_compile(device, &source, out);
+    brume_program_source_free(&source);
     return result;
 }

@@ -10,7 +10,6 @@
 #include <string.h>
 
 #include "clock.h"
-#include "program.h"
 #include "strategy.h"
 
 #define LAUNCH_SECONDS 0.05
@@ -136,51 +135,38 @@ static brume_result create_film(brume_render *render) {
     return BRUME_OK;
 }
 
+/* PoCL has other code for grids of 65535 and wider, and would generate it in the middle of the render. */
+#define WIDEST_GRID ((size_t)32768)
+
 /* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them,
  * and waits. */
 static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
                      cl_uint is_pilot) {
-    cl_uint values[5] = {group, group + groups, first, samples, is_pilot};
+    cl_kernel kernel = brume_render_program_begin_launch(render);
+    size_t narrow = render->stats.lanes / render->program.lanes; /* groups of a narrower program in one of ours */
+    size_t at = group * narrow, end = (group + (size_t)groups) * narrow, local = render->local_size;
+    size_t most = render->device->info.is_gpu ? end : WIDEST_GRID;
     cl_int code = CL_SUCCESS;
-    for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
-        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
-    size_t local = render->local_size;
-    size_t global = (groups + local - 1) / local * local;
-    if (code == CL_SUCCESS)
-        code = clEnqueueNDRangeKernel(render->device->queue, render->kernel, 1, NULL, &global, &local, 0, NULL, NULL);
-    if (code == CL_SUCCESS) code = clFinish(render->device->queue);
-    return code;
+    for (; at < end && code == CL_SUCCESS; at += most) {
+        size_t count = end - at < most ? end - at : most, global = (count + local - 1) / local * local;
+        cl_uint values[5] = {(cl_uint)at, (cl_uint)(at + count), first, samples, is_pilot};
+        for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
+            code = clSetKernelArg(kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
+        if (code == CL_SUCCESS)
+            code = clEnqueueNDRangeKernel(render->device->queue, kernel, 1, NULL, &global, &local, 0, NULL, NULL);
+    }
+    cl_int finished = clFinish(render->device->queue);
+    brume_render_program_end_launch(render);
+    return code == CL_SUCCESS ? finished : code;
 }
 
-/* Builds the kernel for what the scene calls for and, since PoCL generates machine code at the first launch, launches
- * it once without samples: afterwards nothing is left to be compiled. */
-static brume_result build_kernel(brume_render *render, const brume_arrays *arrays) {
-    brume_device *device = render->device;
+/* Builds the program for what the scene calls for. */
+static brume_result build_program(brume_render *render, const brume_arrays *arrays) {
     uint32_t features = arrays->features;
     if (render->desc.generic) features = FEATURE_ALL & ~(uint32_t)FEATURE_GUIDES;
     if (render->desc.guides) features |= FEATURE_GUIDES;
     render->stats.features = features;
-    /* In steps, so that most scenes find each other's kernels in the driver's cache. */
-    uint32_t stack = (arrays->bvh.stack_size + 15) / 16 * 16;
-    char options[160];
-    snprintf(options, sizeof options, "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d",
-             features, stack, (unsigned)render->local_size, (int)render->desc.strategy,
-             (int)render->desc.indirect);
-    brume_result result = brume_program_build(device, "path.cl", render->stats.lanes, render->desc.precision, options,
-                                              &render->program);
-    if (result != BRUME_OK) return result;
-    cl_int code;
-    render->kernel = clCreateKernel(render->program, "render_paths", &code);
-    for (cl_uint i = 0; i < BRUME_SCENE_BUFFERS && code == CL_SUCCESS; i++)
-        code = clSetKernelArg(render->kernel, i, sizeof(cl_mem), &render->buffers[i]);
-    if (code == CL_SUCCESS) code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS, sizeof(cl_mem), &render->planes);
-    if (code == CL_SUCCESS)
-        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 1, sizeof(cl_mem), &render->bad);
-    if (code == CL_SUCCESS)
-        code = clSetKernelArg(render->kernel, BRUME_SCENE_BUFFERS + 2, sizeof(cl_mem), &render->plan);
-    if (code == CL_SUCCESS) code = launch(render, 0, 1, 0, 0, 0);
-    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "preparing the kernel");
-    return BRUME_OK;
+    return brume_render_program_start(render, features, arrays->bvh.stack_size);
 }
 
 static void fill_stats(brume_render *render, const brume_arrays *a) {
@@ -297,7 +283,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     double uploaded = brume_seconds();
     brume_info(context, "Building kernels, %u lanes wide, in %s", render->stats.lanes,
                desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");
-    if (result == BRUME_OK) result = build_kernel(render, &arrays);
+    if (result == BRUME_OK) result = build_program(render, &arrays);
     render->stats.upload_seconds = uploaded - start;
     render->stats.build_seconds = brume_seconds() - uploaded;
     brume_arrays_free(&arrays);
@@ -311,8 +297,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
 
 void brume_render_destroy(brume_render *render) {
     if (!render) return;
-    if (render->kernel) clReleaseKernel(render->kernel);
-    if (render->program) clReleaseProgram(render->program);
+    brume_render_program_destroy(render);
     if (render->planes) clReleaseMemObject(render->planes);
     if (render->bad) clReleaseMemObject(render->bad);
     if (render->plan) clReleaseMemObject(render->plan);

@@ -1,12 +1,11 @@
-/* render.h -- what a render holds: the scene's arrays on the device, the kernel, the film, and how far it has come. */
+/* render.h -- what a render holds: the scene's arrays on the device, the program, the film, and how far it has come. */
 #ifndef BRUME_RENDER_H
 #define BRUME_RENDER_H
 
 #include "arrays.h"
 #include "device.h"
 #include "film.h"
-
-enum { BRUME_SCENE_BUFFERS = 19 }; /* the kernel parameters of cl/scene.h */
+#include "render_program.h"
 
 struct brume_render {
     brume_device *device; /* retained */
@@ -16,8 +15,7 @@ struct brume_render {
     brume_film_layout layout;
     cl_mem buffers[BRUME_SCENE_BUFFERS];
     cl_mem planes, bad, plan;
-    cl_program program;
-    cl_kernel kernel;
+    brume_render_program program;
     size_t local_size;
 
     /* Progress through the sample range, in passes over the film; a pass in groups. */

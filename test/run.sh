@@ -2,6 +2,8 @@
 # Fails if a test failed, a program died, or there is no OpenCL device for anything to run on.
 build=$1
 shift
+# Kernels come from source here, and the user's cache is not the tests' to fill.
+export BRUME_CACHE_DIR=
 passed=0 failed=0 skipped=0
 device=$("$build/render-cli" --list-devices 2>/dev/null | head -n 1)
 echo "device: ${device:-none}"
