@@ -40,10 +40,13 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
  *
  * Tiles group_begin ... group_end - 1, `samples` samples of each pixel from `first_sample` on. One work-item a tile.
- * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
+ * LAUNCH_PILOT: looks along one camera ray of each pixel, writes the plan, and adds nothing to the film.
+ * LAUNCH_ADAPTIVE: tiles schedule[group_begin ... group_end - 1], and no pixel gets samples beyond its end, an index:
+ * the ends of all slots follow `tiles` tile numbers in the schedule. */
 __kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
-void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
-                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan,
+                  __global const int *schedule, uint group_begin, uint group_end, uint first_sample, uint samples,
+                  uint launch) {
     uint group = group_begin + (uint)get_global_id(0);
     if (group >= group_end) return;
     SCENE_FROM_PARAMETERS(s);
@@ -51,9 +54,11 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
     uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
     uint tile_height = LANES / TILE_WIDTH;
     uint tiles_y = ((uint)params->crop_height + tile_height - 1) / tile_height;
+    uint tiles = tiles_x * tiles_y;
+    if (launch & LAUNCH_ADAPTIVE) group = (uint)schedule[group];
     film f;
     f.planes = planes;
-    f.slots = (size_t)tiles_x * tiles_y * LANES;
+    f.slots = (size_t)tiles * LANES;
     f.first = (size_t)group * LANES;
 
     ireal in_x = I((group % tiles_x) * TILE_WIDTH) + (lane_index() & I(TILE_WIDTH - 1));
@@ -63,12 +68,17 @@ void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, 
 
     s.plan = plan + f.first;
     s.plan_stride = f.slots;
-    s.is_pilot = is_pilot != 0;
+    s.is_pilot = (launch & LAUNCH_PILOT) != 0;
 
+    ireal quota = I(samples);
+    if (launch & LAUNCH_ADAPTIVE) {
+        ireal end = gather_int(schedule + tiles + f.first, lane_index());
+        quota = (end - I(first_sample) < quota) ? end - I(first_sample) : quota;
+    }
     ireal started = I(0);
     path p = path_none();
     for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
-        mask idle = inside & !p.alive & (started < I(samples));
+        mask idle = inside & !p.alive & (started < quota);
         if (ANY(idle) && (!ANY(p.alive) || count_lanes(idle) > MAX_IDLE)) {
             path fresh = path_start(&s, x, y, U32(first_sample) + to_ureal32(started), idle);
             p = path_select(idle, fresh, p);
