@@ -68,30 +68,30 @@ double brume_error_estimate_growth(uint32_t n, double order) {
     return sum;
 }
 
-/* out[i] = sum of in[i - RADIUS ... i + RADIUS] along a line of `count` values `stride` apart. */
-static void sum_line(const float *in, float *out, size_t count, size_t stride) {
-    for (size_t i = 0; i < count; i++) {
-        size_t first = i < RADIUS ? 0 : i - RADIUS, last = i + RADIUS < count ? i + RADIUS : count - 1;
-        float sum = 0;
-        for (size_t j = first; j <= last; j++) sum += in[j * stride];
-        out[i * stride] = sum;
-    }
-}
+static uint32_t line_first(uint32_t i) { return i < RADIUS ? 0 : i - RADIUS; }
 
-static float line_inside(size_t i, size_t count) {
-    size_t first = i < RADIUS ? 0 : i - RADIUS, last = i + RADIUS < count ? i + RADIUS : count - 1;
-    return (float)(last - first + 1);
-}
+static uint32_t line_last(uint32_t i, uint32_t count) { return i + RADIUS < count ? i + RADIUS : count - 1; }
 
-int brume_box_sums(const float *values, uint32_t width, uint32_t height, int channels, float *sums, float *inside) {
-    size_t c = (size_t)channels, row = c * width;
-    float *rows = malloc(row * height * sizeof *rows);
+int brume_box_sums(const float *values, uint32_t width, uint32_t height, float *sums, float *inside) {
+    size_t row = 3 * (size_t)width;
+    float *rows = calloc(row * height, sizeof *rows);
     if (!rows) return 0;
-    for (size_t y = 0; y < height; y++)
-        for (size_t k = 0; k < c; k++) sum_line(values + y * row + k, rows + y * row + k, width, c);
-    for (size_t x = 0; x < row; x++) sum_line(rows + x, sums + x, height, row);
-    for (size_t y = 0; y < height; y++)
-        for (size_t x = 0; x < width; x++) inside[y * width + x] = line_inside(x, width) * line_inside(y, height);
+    for (uint32_t y = 0; y < height; y++) {
+        const float *in = values + y * row;
+        float *out = rows + y * row;
+        for (uint32_t x = 0; x < width; x++)
+            for (size_t i = 3 * line_first(x); i <= 3 * line_last(x, width); i += 3)
+                for (size_t c = 0; c < 3; c++) out[3 * x + c] += in[i + c];
+    }
+    for (uint32_t y = 0; y < height; y++) {
+        float *out = sums + y * row;
+        memset(out, 0, row * sizeof *out);
+        for (uint32_t j = line_first(y); j <= line_last(y, height); j++)
+            for (size_t i = 0; i < row; i++) out[i] += rows[j * row + i];
+        float lines = (float)(line_last(y, height) - line_first(y) + 1);
+        for (uint32_t x = 0; x < width; x++)
+            inside[(size_t)y * width + x] = lines * (float)(line_last(x, width) - line_first(x) + 1);
+    }
     free(rows);
     return 1;
 }
@@ -106,16 +106,17 @@ float *brume_error_estimate_weights(const brume_error_estimate *e) {
         noise[i] = e->mean[i] * e->mean[i];
         total += e->mean[i];
     }
-    done = done && brume_box_sums(e->mean, e->width, e->height, 3, mean, inside) &&
-           brume_box_sums(noise, e->width, e->height, 3, square, inside) &&
-           brume_box_sums(e->last, e->width, e->height, 3, noise, inside);
+    done = done && brume_box_sums(e->mean, e->width, e->height, mean, inside) &&
+           brume_box_sums(noise, e->width, e->height, square, inside) &&
+           brume_box_sums(e->last, e->width, e->height, noise, inside);
     double all = total / (double)values, floor = 0.01 * all * all;
     for (size_t i = 0; i < pixels && done; i++)
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double box = (double)mean[c] / inside[i];
             double spread = (double)square[c] / inside[i] - box * box, known = 1 - noise[c] / inside[i] / spread;
             double r = spread > 0 && known > 0 ? box + known * (e->mean[c] - box) : box;
-            double weight = r * r + floor;
+            /* The square of a noisy mean is too large by its variance, which is about half of the last difference. */
+            double square_r = fmax(r * r - 0.5 * e->last[c], 0), weight = square_r + floor;
             mean[c] = weight > 0 ? (float)(1 / weight) : 0;
         }
     free(square);
@@ -130,7 +131,6 @@ float *brume_error_estimate_weights(const brume_error_estimate *e) {
 typedef struct level_sums {
     double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences */
     double ratio[BRUME_ERROR_LEVELS];                            /* 2^order */
-    int lowest;
 } level_sums;
 
 static double ratio_of(const brume_error_estimate *e, double before, double last) {
@@ -143,10 +143,8 @@ static void sum_levels(const brume_error_estimate *e, const float *weights, leve
     size_t pixels = (size_t)e->width * e->height;
     double last = 0, before = 0;
     memset(s, 0, sizeof *s);
-    s->lowest = BRUME_ERROR_LEVELS;
     for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
-        if (level < s->lowest) s->lowest = level;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double w = weights ? weights[c] : 1;
             s->last[level] += w * e->last[c];
@@ -164,15 +162,17 @@ static void sum_levels(const brume_error_estimate *e, const float *weights, leve
 brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, const float *count) {
     brume_error_result r = {0};
     level_sums s;
+    size_t pixels = (size_t)e->width * e->height;
+    for (size_t i = 0; i < pixels; i++)
+        if (e->level[i] < FIRST_LEVEL) return r;
     float *weights = brume_error_estimate_weights(e);
     if (!weights) return r;
     sum_levels(e, weights, &s);
-    size_t pixels = (size_t)e->width * e->height;
     double sum = 0, influences = 0, squares = 0, orders = 0;
     uint32_t grown_n = 0;
     int grown_level = -1;
     double growth = 1;
-    for (size_t i = 0; i < pixels && s.lowest >= FIRST_LEVEL; i++) {
+    for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
         double last = 0, before = 0, ratio = s.ratio[level];
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
@@ -196,7 +196,6 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
         squares += influence * influence;
     }
     free(weights);
-    if (s.lowest < FIRST_LEVEL) return r;
     double n = (double)pixels, variance = squares - influences * influences / n;
     double deviation = sum > 0 && variance > 0 ? sqrt(variance) / sum : 0;
     r.known = 1;
@@ -220,7 +219,7 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
             float scale = (float)(brume_error_estimate_growth(n, log2(ratio)) / (ratio - 1));
             for (size_t c = 3 * i; c < 3 * i + 3; c++) scaled[c] = scale * e->last[c];
         }
-        done = brume_box_sums(scaled, e->width, e->height, 3, out, inside);
+        done = brume_box_sums(scaled, e->width, e->height, out, inside);
     }
     for (size_t i = 0; i < pixels && done; i++)
         for (size_t c = 3 * i; c < 3 * i + 3; c++) out[c] /= inside[i];

@@ -59,9 +59,9 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
  * mean of 5 x 5 where they don't: the linear estimate of least error (Wiener 1949). malloc'ed, NULL without memory. */
 float *brume_error_estimate_weights(const brume_error_estimate *e);
 
-/* Sums of width x height x channels values over 5 x 5 pixels, those outside left out, and how many were in.
- * 0 without memory. */
-int brume_box_sums(const float *values, uint32_t width, uint32_t height, int channels, float *sums, float *inside);
+/* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without
+ * memory. */
+int brume_box_sums(const float *values, uint32_t width, uint32_t height, float *sums, float *inside);
 
 /* The variance of n samples over that of the largest power of two 2^level <= n: blocks of powers of two, each of them
  * scrambled as if alone. */

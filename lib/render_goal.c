@@ -90,7 +90,8 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_RADIANCE, mean);
         brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_SAMPLE_COUNT, count);
         brume_error_estimate_update(&r->estimate, mean, count, level);
-        r->error = brume_error_estimate_picture(&r->estimate, count);
+        /* Within an adaptive stage most pixels are as they were. */
+        if (!r->ends || r->samples_done >= r->stage_end) r->error = brume_error_estimate_picture(&r->estimate, count);
         if (may_adapt(r) && !r->ends && r->error.known) {
             brume_allocation_free(&r->allocation);
             if (!brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, r->error.order, MOST_SAMPLES,
