@@ -113,10 +113,11 @@ float *brume_error_estimate_weights(const brume_error_estimate *e) {
     for (size_t i = 0; i < pixels && done; i++)
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double box = (double)mean[c] / inside[i];
-            double spread = (double)square[c] / inside[i] - box * box, known = 1 - noise[c] / inside[i] / spread;
-            double r = spread > 0 && known > 0 ? box + known * (e->mean[c] - box) : box;
-            /* The square of a noisy mean is too large by its variance, which is about half of the last difference. */
-            double square_r = fmax(r * r - 0.5 * e->last[c], 0), weight = square_r + floor;
+            double spread = (double)square[c] / inside[i] - box * box;
+            double share = spread > 0 ? fmax(1 - noise[c] / inside[i] / spread, 0) : 0;
+            double r = box + share * (e->mean[c] - box);
+            /* The square of what is noisy is too large by its variance, here about half of the last difference. */
+            double weight = fmax(r * r - share * share * 0.5 * e->last[c], 0) + floor;
             mean[c] = weight > 0 ? (float)(1 / weight) : 0;
         }
     free(square);

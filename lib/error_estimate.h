@@ -54,8 +54,8 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
 int brume_error_estimate_variance(const brume_error_estimate *e, const float *count, float *out);
 
 /* What a pixel's squared errors count for in the picture's relMSE, per channel, times 3 width height:
- * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where pixels differ from each other by more than noise (at the edge of
- * a beam the mean of 5 x 5 pixels is a hundred times the dark ones, and the estimate was as much too small), and the
+ * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where pixels differ from each other by more than noise (at the edge
+ * of a beam the mean of 5 x 5 pixels is a hundred times the dark ones, and the estimate was as much too small), and the
  * mean of 5 x 5 where they don't: the linear estimate of least error (Wiener 1949). malloc'ed, NULL without memory. */
 float *brume_error_estimate_weights(const brume_error_estimate *e);
 

@@ -51,6 +51,7 @@ struct brume_render {
 
     brume_error_estimate estimate;
     brume_error_result error; /* by the latest estimate */
+    int looked;               /* that is of the film as it is */
     brume_prediction prediction;
 
     brume_render_stats stats;
@@ -75,6 +76,9 @@ int brume_goal_exists(const brume_render *render);
 
 /* Looks at the film after a pass that brought pixels to `samples` samples: the estimate of its error. */
 brume_result brume_goal_look(brume_render *render, uint32_t samples);
+
+/* Brings the estimate up to a film whose pixels don't all hold a power of two samples. */
+brume_result brume_goal_last_look(brume_render *render);
 
 /* Decides on the next stage; sets `finished` if there is none. `seconds`: of the run so far. */
 brume_result brume_goal_next_stage(brume_render *render, double seconds);

@@ -13,6 +13,7 @@
 
 enum {
     FIRST_STAGE = 8,            /* samples per pixel */
+    LEAST_SAMPLES = 16,         /* before an estimate is believed so far as to stop at it */
     MOST_SAMPLES = 1 << 20,     /* of one pixel, in adaptive sampling */
     ALLOCATE_AT = 8             /* when 1 / so much of the samples are done */
 };
@@ -75,31 +76,53 @@ static void predict(brume_render *r, double seconds) {
     p->relmse = relmse_after(r, samples);
 }
 
+/* The film's mean and sample count, malloc'ed. */
+static brume_result read_film(brume_render *r, float **mean, float **count) {
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    float *planes = NULL;
+    *mean = malloc(3 * pixels * sizeof **mean);
+    *count = malloc(pixels * sizeof **count);
+    brume_result result = BRUME_OK;
+    if (!*mean || !*count)
+        result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "estimating the error: out of memory");
+    if (result == BRUME_OK) result = brume_render_read_planes(r, FILM_PLANES, &planes);
+    if (result == BRUME_OK) {
+        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_RADIANCE, *mean);
+        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_SAMPLE_COUNT, *count);
+    }
+    free(planes);
+    return result;
+}
+
 brume_result brume_goal_look(brume_render *r, uint32_t samples) {
-    brume_context *context = r->device->context;
     /* Ranges that start elsewhere are not nets. */
     if (r->desc.first_sample % samples != 0 || (samples & (samples - 1)) != 0) return BRUME_OK;
-    size_t pixels = (size_t)r->layout.width * r->layout.height;
-    float *planes = NULL, *mean = malloc(3 * pixels * sizeof *mean), *count = malloc(pixels * sizeof *count);
-    brume_result result = BRUME_OK;
-    if (!mean || !count) result = brume_fail(context, BRUME_ERROR_MEMORY, "estimating the error: out of memory");
-    if (result == BRUME_OK) result = brume_render_read_planes(r, FILM_PLANES, &planes);
+    float *mean, *count;
+    brume_result result = read_film(r, &mean, &count);
     if (result == BRUME_OK) {
         int level = 0;
         while (1u << level < samples) level++;
-        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_RADIANCE, mean);
-        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_SAMPLE_COUNT, count);
         brume_error_estimate_update(&r->estimate, mean, count, level);
         /* Within an adaptive stage most pixels are as they were. */
-        if (!r->ends || r->samples_done >= r->stage_end) r->error = brume_error_estimate_picture(&r->estimate, count);
+        r->looked = !r->ends || r->samples_done >= r->stage_end;
+        if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
         if (may_adapt(r) && !r->ends && r->error.known) {
             brume_allocation_free(&r->allocation);
             if (!brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, r->error.order, MOST_SAMPLES,
                                          &r->allocation))
-                result = brume_fail(context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
+                result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
         }
     }
-    free(planes);
+    free(mean);
+    free(count);
+    return result;
+}
+
+brume_result brume_goal_last_look(brume_render *r) {
+    if (r->looked || !r->error.known) return BRUME_OK;
+    float *mean, *count;
+    brume_result result = read_film(r, &mean, &count);
+    if (result == BRUME_OK) r->error = brume_error_estimate_picture(&r->estimate, count);
     free(mean);
     free(count);
     return result;
@@ -161,7 +184,8 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     double work = mean_samples(r), budget = most;
     if (d->time_limit > 0 && seconds > 0 && work > 0) budget = fmin(most, work / seconds * run_limit(r));
     predict(r, seconds);
-    if ((d->noise_threshold > 0 && r->error.known && r->error.relmse <= d->noise_threshold) ||
+    int reached = d->noise_threshold > 0 && r->error.known && r->error.relmse <= d->noise_threshold;
+    if ((reached && r->stage_end >= LEAST_SAMPLES) ||
         (d->time_limit > 0 && seconds >= run_limit(r)) || work >= most || (!r->ends && r->samples_done >= most)) {
         r->finished = 1;
         return BRUME_OK;

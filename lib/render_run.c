@@ -167,6 +167,7 @@ static brume_result run_launch(brume_render *r, const run *now) {
     if (seconds > 0) r->groups_per_second = (double)groups * r->pass_samples / seconds;
     r->groups_done += groups;
     r->work += (double)groups * r->pass_samples;
+    r->looked = 0;
     brume_result result = r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
     if (r->desc.time_limit > 0 &&
         r->create_seconds + spent(r, now) + 0.5 * seconds >= r->desc.time_limit) r->finished = 1;
@@ -200,6 +201,10 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
         }
     }
     render->stats.complete = render->finished;
+    if (render->desc.error_estimate && (result == BRUME_OK || result == BRUME_CANCELLED)) {
+        brume_result look = brume_goal_last_look(render);
+        if (look != BRUME_OK) result = look;
+    }
     if (callback && (result == BRUME_OK || result == BRUME_CANCELLED)) report_progress(render, &now);
     render->stats.render_seconds += brume_seconds() - now.start;
     if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
