@@ -306,7 +306,7 @@ void brume_render_destroy(brume_render *render) {
     if (render->plan) clReleaseMemObject(render->plan);
     if (render->schedule) clReleaseMemObject(render->schedule);
     brume_error_estimate_free(&render->estimate);
-    brume_allocation_free(&render->allocation);
+    brume_allocation_free(render->allocation);
     free(render->done);
     free(render->ends);
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++)

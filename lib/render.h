@@ -45,8 +45,7 @@ struct brume_render {
 
     /* Adaptive sampling: per pixel, samples done and to be done; NULL while all pixels are alike. */
     uint32_t *done, *ends;
-    brume_allocation allocation; /* made of the latest estimate while all pixels were alike */
-    int detail;                  /* of it, in the stage under way */
+    brume_allocation *allocation; /* made of the latest estimate */
     cl_mem schedule;
 
     brume_error_estimate estimate;

@@ -1,9 +1,9 @@
 /* render_goal.c -- when a render is done, and what it does until then.
  *
  * All pixels start alike, and their samples are doubled until the picture's error can be told (error_estimate.h). With
- * a target, a limit or a budget in view the allocation is decided once, when an eighth of the work is done: then the
- * estimate is good enough and most of the work still to be placed. Its scale alone changes later. Decisions depend on
- * the film alone, never on time, except with a time limit.
+ * a target, a limit or a budget in view samples are then placed where the error is (sample_allocation.h), in stages:
+ * each looks ahead by not more than a factor of STAGE, because what lies further is another order of convergence, and
+ * ends with a new estimate. Decisions depend on the film alone, never on time, except with a time limit.
  */
 #include <math.h>
 #include <stdlib.h>
@@ -14,9 +14,15 @@
 enum {
     FIRST_STAGE = 8,            /* samples per pixel */
     LEAST_SAMPLES = 16,         /* before an estimate is believed so far as to stop at it */
-    MOST_SAMPLES = 1 << 20,     /* of one pixel, in adaptive sampling */
-    ALLOCATE_AT = 8             /* when 1 / so much of the samples are done */
+    MOST_SAMPLES = 1 << 20      /* of one pixel, in adaptive sampling */
 };
+
+/* How much a stage of adaptive sampling lowers the error, or raises the samples, at most. */
+#define STAGE 4.0
+
+/* Orders fall as samples grow: what is smooth has converged then, and what is noise remains. Seen with 16 samples,
+ * (p - 1) is too large for the next hundred by a third or so (measured by `make estimates`). */
+#define ORDER_KEPT 0.65
 
 /* Adaptive sampling has to promise this much to be used: its launches are less even. */
 #define WORTHWHILE 1.15
@@ -35,23 +41,36 @@ static double run_limit(const brume_render *r) { return r->desc.time_limit - r->
 /* Samples per pixel so far, on average, as groups pay for them. */
 static double mean_samples(const brume_render *r) { return r->work / r->layout.group_count; }
 
+/* How the error will fall from here on. */
+static double order_ahead(const brume_render *r) { return 1 + ORDER_KEPT * (r->error.order - 1); }
+
 static double uniform_samples_for(const brume_render *r, double relmse) {
-    return r->samples_done * fmax(1, pow(r->error.relmse / relmse, 1 / r->error.order));
+    return mean_samples(r) * fmax(1, pow(r->error.relmse / relmse, 1 / order_ahead(r)));
+}
+
+/* The picture's error over what its pixels' surroundings add up to. */
+static double calibration(const brume_render *r) {
+    double samples, relmse;
+    brume_allocation_predict(r->allocation, 0, &samples, &relmse);
+    return relmse > 0 ? r->error.relmse / relmse : 1;
 }
 
 /* The mean samples per pixel that a relMSE takes, from the state of the film. */
 static double samples_for(const brume_render *r, double relmse) {
-    double uniform = uniform_samples_for(r, relmse), samples, reached;
-    if (!r->allocation.bin) return uniform;
-    brume_allocation_predict(&r->allocation, brume_allocation_for_error(&r->allocation, relmse), &samples, &reached);
-    return !r->ends && (reached > relmse || samples * WORTHWHILE > uniform) ? uniform : samples;
+    double uniform = uniform_samples_for(r, relmse), samples, reached, off;
+    if (!r->allocation) return uniform;
+    off = calibration(r);
+    brume_allocation_predict(r->allocation, brume_allocation_for_error(r->allocation, relmse / off), &samples,
+                             &reached);
+    return !r->ends && (reached * off > relmse || samples * WORTHWHILE > uniform) ? uniform : samples;
 }
 
 static double relmse_after(const brume_render *r, double samples) {
-    double ratio = samples / r->samples_done, used, adapted;
-    double uniform = r->error.relmse * pow(ratio > 1 ? ratio : 1, -r->error.order);
-    if (!r->allocation.bin) return uniform;
-    brume_allocation_predict(&r->allocation, brume_allocation_for_samples(&r->allocation, samples), &used, &adapted);
+    double ratio = samples / mean_samples(r), used, adapted;
+    double uniform = r->error.relmse * pow(ratio > 1 ? ratio : 1, -order_ahead(r));
+    if (!r->allocation) return uniform;
+    brume_allocation_predict(r->allocation, brume_allocation_for_samples(r->allocation, samples), &used, &adapted);
+    adapted *= calibration(r);
     return r->ends || adapted < uniform ? adapted : uniform;
 }
 
@@ -106,10 +125,11 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         /* Within an adaptive stage most pixels are as they were. */
         r->looked = !r->ends || r->samples_done >= r->stage_end;
         if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
-        if (may_adapt(r) && !r->ends && r->error.known) {
-            brume_allocation_free(&r->allocation);
-            if (!brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, r->error.order, MOST_SAMPLES,
-                                         &r->allocation))
+        if (may_adapt(r) && r->looked && r->error.known) {
+            brume_allocation_free(r->allocation);
+            r->allocation = brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, order_ahead(r),
+                                                    MOST_SAMPLES);
+            if (!r->allocation)
                 result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
         }
     }
@@ -140,31 +160,29 @@ static brume_result start_adapting(brume_render *r) {
         return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
     }
     for (size_t i = 0; i < pixels; i++) r->done[i] = r->ends[i] = r->samples_done;
-    r->detail = 0;
     r->stats.adaptive = 1;
     return BRUME_OK;
 }
 
-/* A stage at a higher detail, or the end. */
+/* A stage that brings some pixels more samples, or the end. */
 static void next_adaptive_stage(brume_render *r, double budget) {
     const brume_render_desc *d = &r->desc;
     size_t pixels = (size_t)r->layout.width * r->layout.height;
-    int detail = brume_allocation_for_samples(&r->allocation, budget);
+    double now, error, then;
+    brume_allocation_predict(r->allocation, 0, &now, &error);
+    int most = brume_allocation_for_samples(r->allocation, budget - mean_samples(r) + now);
+    int detail = brume_allocation_for_samples(r->allocation, STAGE * now);
     if (d->noise_threshold > 0) {
-        double samples, predicted;
-        brume_allocation_predict(&r->allocation, r->detail, &samples, &predicted);
-        /* What has been reached against what was predicted for it: the rest will be off as much. */
-        double off = predicted > 0 && r->detail > 0 ? r->error.relmse / predicted : 1;
-        int wanted = brume_allocation_for_error(&r->allocation, d->noise_threshold / off);
-        if (wanted <= r->detail) wanted = r->detail + 2;
-        if (wanted < detail) detail = wanted;
+        double wanted = fmax(d->noise_threshold / r->error.relmse, 1 / STAGE) * error;
+        detail = brume_allocation_for_error(r->allocation, wanted);
     }
-    if (detail <= r->detail) {
+    if (detail > most) detail = most;
+    brume_allocation_predict(r->allocation, detail, &then, &error);
+    if (then <= now) {
         r->finished = 1;
         return;
     }
-    r->detail = detail;
-    brume_allocation_counts(&r->allocation, detail, r->ends);
+    brume_allocation_counts(r->allocation, detail, r->ends);
     uint32_t lowest = UINT32_MAX;
     for (size_t i = 0; i < pixels; i++) {
         if (r->ends[i] > r->stage_end) r->stage_end = r->ends[i];
@@ -190,12 +208,11 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
         r->finished = 1;
         return BRUME_OK;
     }
-    if (!r->ends && r->error.known && may_adapt(r) && r->allocation.bin) {
-        double goal = d->noise_threshold > 0 ? fmin(budget, uniform_samples_for(r, d->noise_threshold)) : budget;
-        double adapted = d->noise_threshold > 0 ? samples_for(r, d->noise_threshold) : goal;
-        int pays = d->adaptive == BRUME_ADAPTIVE_ON || adapted * WORTHWHILE < goal ||
-                   relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -r->error.order);
-        if (pays && (double)r->samples_done * ALLOCATE_AT >= adapted) {
+    if (!r->ends && r->error.known && may_adapt(r) && r->allocation) {
+        int pays = d->noise_threshold > 0 &&
+                   samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
+        pays |= relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -order_ahead(r));
+        if (d->adaptive == BRUME_ADAPTIVE_ON || pays) {
             brume_result result = start_adapting(r);
             if (result != BRUME_OK) return result;
         }

@@ -50,87 +50,106 @@ static double *pixel_errors(const brume_error_estimate *e, double order) {
     return errors;
 }
 
-int brume_allocation_create(const brume_error_estimate *e, uint32_t x0, uint32_t y0, double order,
-                            uint32_t most_samples, brume_allocation *out) {
-    size_t pixels = (size_t)e->width * e->height;
-    memset(out, 0, sizeof *out);
-    out->width = e->width;
-    out->height = e->height;
-    out->first = 1u << e->level[0];
-    out->order = order;
-    while (out->most < 30 && (uint64_t)out->first << (out->most + 1) <= most_samples) out->most++;
-    double *errors = pixel_errors(e, order), mean = 0;
-    out->bin = malloc(pixels * sizeof *out->bin);
-    if (!errors || !out->bin) {
-        free(errors);
-        brume_allocation_free(out);
-        return 0;
-    }
-    for (size_t i = 0; i < pixels; i++) mean += errors[i] / (double)pixels;
-
-    for (uint32_t y = 0; y < e->height; y++) {
+/* The bins, from e n^p of the pixels around each; and what the pixels of a bin have for an error at the time. */
+static void fill_bins(brume_allocation *a, const double *errors, uint32_t x0, uint32_t y0) {
+    double mean = 0; /* of e n^p */
+    size_t pixels = (size_t)a->width * a->height;
+    for (size_t i = 0; i < pixels; i++) mean += errors[i] * pow(2, a->order * a->level[i]) / (double)pixels;
+    for (uint32_t y = 0; y < a->height; y++) {
         uint32_t top, bottom;
-        block_of(y, y0, e->height, RING, &top, &bottom);
-        for (uint32_t x = 0; x < e->width; x++) {
+        block_of(y, y0, a->height, RING, &top, &bottom);
+        for (uint32_t x = 0; x < a->width; x++) {
             uint32_t left, right;
-            block_of(x, x0, e->width, RING, &left, &right);
-            double sum = -errors[(size_t)y * e->width + x];
+            block_of(x, x0, a->width, RING, &left, &right);
+            size_t here = (size_t)y * a->width + x;
+            double sum = 0;
             for (uint32_t j = top; j < bottom; j++)
-                for (uint32_t i = left; i < right; i++) sum += errors[(size_t)j * e->width + i];
+                for (uint32_t i = left; i < right; i++) {
+                    size_t there = (size_t)j * a->width + i;
+                    if (there != here) sum += errors[there] * pow(2, a->order * a->level[there]);
+                }
             double count = (double)(bottom - top) * (right - left) - 1;
-            double error = (count > 0 && sum > 0 ? sum / count : 0) + UNSEEN * mean;
-            uint32_t place = (x0 + x) / BLOCK | (y0 + y) / BLOCK << 16;
-            int bin = bin_of(error, order, place);
-            out->bin[(size_t)y * e->width + x] = (int16_t)bin;
-            out->error[bin] += error;
+            double error = (count > 0 ? sum / count : 0) + UNSEEN * mean;
+            int bin = bin_of(error, a->order, (x0 + x) / BLOCK | (y0 + y) / BLOCK << 16);
+            a->bin[here] = (int16_t)bin;
+            a->error[a->level[here]][bin] += error * pow(2, -a->order * a->level[here]);
         }
     }
-    for (uint32_t y = 0, next_y; y < e->height; y = next_y) {
+}
+
+static void fill_costs(brume_allocation *a, uint32_t x0, uint32_t y0) {
+    double pixels = (double)a->width * a->height;
+    for (uint32_t y = 0, next_y; y < a->height; y = next_y) {
         uint32_t top, left, next_x;
-        block_of(y, y0, e->height, 0, &top, &next_y);
-        for (uint32_t x = 0; x < e->width; x = next_x) {
-            block_of(x, x0, e->width, 0, &left, &next_x);
-            int highest = 0;
+        block_of(y, y0, a->height, 0, &top, &next_y);
+        for (uint32_t x = 0; x < a->width; x = next_x) {
+            block_of(x, x0, a->width, 0, &left, &next_x);
+            int bin = 0, level = 0;
             for (uint32_t j = top; j < next_y; j++)
-                for (uint32_t i = left; i < next_x; i++)
-                    if (out->bin[(size_t)j * e->width + i] > highest) highest = out->bin[(size_t)j * e->width + i];
-            out->cost[highest] += (double)(next_x - left) * (next_y - top) / (double)pixels;
+                for (uint32_t i = left; i < next_x; i++) {
+                    size_t at = (size_t)j * a->width + i;
+                    if (a->bin[at] > bin) bin = a->bin[at];
+                    if (a->level[at] > level) level = a->level[at];
+                }
+            a->cost[level][bin] += (double)(next_x - left) * (next_y - top) / pixels;
         }
     }
+}
+
+brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_t x0, uint32_t y0, double order,
+                                          uint32_t most_samples) {
+    size_t pixels = (size_t)e->width * e->height;
+    brume_allocation *a = calloc(1, sizeof *a);
+    double *errors = pixel_errors(e, order);
+    if (a) {
+        a->bin = malloc(pixels * sizeof *a->bin);
+        a->level = malloc(pixels * sizeof *a->level);
+    }
+    if (!a || !errors || !a->bin || !a->level) {
+        free(errors);
+        brume_allocation_free(a);
+        return NULL;
+    }
+    a->width = e->width;
+    a->height = e->height;
+    a->order = order;
+    while (a->most < BRUME_ERROR_LEVELS - 2 && 2ull << a->most <= most_samples) a->most++;
+    memcpy(a->level, e->level, pixels * sizeof *a->level);
+    fill_bins(a, errors, x0, y0);
+    fill_costs(a, x0, y0);
     free(errors);
-    /* Detail is counted from where the first pixel would get more. */
-    int top_bin = 0;
-    for (size_t i = 0; i < pixels; i++)
-        if (out->bin[i] > top_bin) top_bin = out->bin[i];
-    out->base = top_bin;
-    return 1;
+    return a;
 }
 
 void brume_allocation_free(brume_allocation *a) {
+    if (!a) return;
     free(a->bin);
-    memset(a, 0, sizeof *a);
+    free(a->level);
+    free(a);
 }
 
-static int doublings(const brume_allocation *a, int bin, int detail) {
-    int steps = bin + detail - a->base;
-    int k = steps < 0 ? 0 : steps / STEPS;
-    return k < a->most ? k : a->most;
+/* log2 of the samples of a pixel. Detail is counted from where even the highest bin wants one sample only. */
+static int level_at(const brume_allocation *a, int bin, int level, int detail) {
+    int steps = bin + detail - BRUME_ALLOCATION_BINS, wanted = steps < 0 ? 0 : steps / STEPS;
+    if (wanted > a->most) wanted = a->most;
+    return wanted > level ? wanted : level;
 }
 
 void brume_allocation_counts(const brume_allocation *a, int detail, uint32_t *counts) {
     size_t pixels = (size_t)a->width * a->height;
-    for (size_t i = 0; i < pixels; i++) counts[i] = a->first << doublings(a, a->bin[i], detail);
+    for (size_t i = 0; i < pixels; i++) counts[i] = 1u << level_at(a, a->bin[i], a->level[i], detail);
 }
 
 void brume_allocation_predict(const brume_allocation *a, int detail, double *samples, double *relmse) {
     double cost = 0, error = 0;
-    for (int bin = 0; bin < BRUME_ALLOCATION_BINS; bin++) {
-        if (a->cost[bin] == 0 && a->error[bin] == 0) continue;
-        int k = doublings(a, bin, detail);
-        cost += ldexp(a->cost[bin], k);
-        error += a->error[bin] * pow(2, -a->order * k);
-    }
-    *samples = a->first * cost;
+    for (int level = 0; level < BRUME_ERROR_LEVELS; level++)
+        for (int bin = 0; bin < BRUME_ALLOCATION_BINS; bin++) {
+            if (a->cost[level][bin] == 0 && a->error[level][bin] == 0) continue;
+            int then = level_at(a, bin, level, detail);
+            cost += ldexp(a->cost[level][bin], then);
+            error += a->error[level][bin] * pow(2, -a->order * (then - level));
+        }
+    *samples = cost;
     *relmse = error;
 }
 

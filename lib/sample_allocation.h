@@ -1,9 +1,10 @@
 /* sample_allocation.h -- how many samples each pixel gets, so that the picture's error falls fastest.
  *
- * With errors e (first / n)^p the sum is least, for a given number of samples, where n is in proportion to
- * e^(1 / (p + 1)). A pixel's e is taken from the pixels around it and not from itself: its own samples, which stay in
- * the picture, have no say in how many of them there are, and so its mean has no bias. (Stopping a pixel when it looks
- * converged has: Kirk & Arvo 1991.) What remains of the dependence runs through the whole picture's total.
+ * A pixel that has n_i samples and the error e_i has e_i (n_i / n)^p with n. Their sum is least, for a given number
+ * of samples, where n is in proportion to (e_i n_i^p)^(1 / (p + 1)). A pixel's e is taken from the pixels around it and
+ * not from itself: its own samples, which stay in the picture, have no say in how many of them there are, and so its
+ * mean has no bias. (Stopping a pixel when it looks converged has: Kirk & Arvo 1991.) What remains runs through the whole
+ * picture's total, and, from the second allocation on, through how well its neighbours are known.
  *
  * Counts are powers of two, where Sobol' points are at their best; which of the two next to it a pixel gets is decided
  * by a hash of its place, so that totals come out finely graded. They are nearly the same within 4 x 4 pixels, which a
@@ -19,22 +20,23 @@ enum { BRUME_ALLOCATION_BINS = 2048 };
 
 typedef struct brume_allocation {
     uint32_t width, height;
-    uint32_t first;      /* samples of every pixel at the time; a power of two */
-    int most;            /* doublings of that at most */
-    int base;            /* the highest bin in use */
+    int most;            /* log2 of the samples that no pixel exceeds */
     double order;        /* p */
-    int16_t *bin;        /* per pixel: 16 log2 of e^(1 / (p + 1)), and the dither */
-    double cost[BRUME_ALLOCATION_BINS];  /* share of the pixels: in blocks whose highest bin it is */
-    double error[BRUME_ALLOCATION_BINS]; /* relMSE at `first` samples of the pixels in the bin, by those around them */
+    int16_t *bin;        /* per pixel: 16 log2 of (e n^p)^(1 / (p + 1)), and the dither */
+    uint8_t *level;      /* per pixel: log2 of its samples at the time */
+    /* By the level and the bin: the share of the pixels that lie in blocks whose highest these are, and the relMSE at
+     * the time of the pixels, by those around them. */
+    double cost[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS], error[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS];
 } brume_allocation;
 
-/* From an estimate in which every pixel is at the same level. x, y: the crop's place in the picture. order: how the
- * error falls from here on. most_samples: of any pixel. 0 without memory. */
-int brume_allocation_create(const brume_error_estimate *e, uint32_t x, uint32_t y, double order,
-                            uint32_t most_samples, brume_allocation *out);
+/* From an estimate. x, y: the crop's place in the picture. order: how the error falls from here on. most_samples: of
+ * any pixel. NULL without memory. */
+brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_t x, uint32_t y, double order,
+                                          uint32_t most_samples);
 void brume_allocation_free(brume_allocation *a);
 
-/* `detail` is how finely it is looked at, in steps: the higher, the more samples. At 0 all pixels have `first`. */
+/* `detail` is how finely it is looked at, in steps: the higher, the more samples. At 0 no pixel gets more than it
+ * has. */
 
 /* Each pixel's samples. */
 void brume_allocation_counts(const brume_allocation *a, int detail, uint32_t *counts);

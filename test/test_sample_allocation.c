@@ -63,22 +63,22 @@ static void budget_is_kept(void **state) {
     (void)state;
     static uint32_t counts[PIXELS];
     brume_error_estimate e;
-    brume_allocation a;
+    brume_allocation *a;
     make_estimate(&e);
     for (int x0 = 0; x0 < 4; x0 += 3) {
-        assert_true(brume_allocation_create(&e, (uint32_t)x0, 6, 1.5, 1 << 14, &a));
+        assert_non_null(a = brume_allocation_create(&e, (uint32_t)x0, 6, 1.5, 1 << 14));
         for (double budget = 20; budget < 20000; budget *= 1.7) {
-            int detail = brume_allocation_for_samples(&a, budget);
+            int detail = brume_allocation_for_samples(a, budget);
             double samples, relmse;
-            brume_allocation_predict(&a, detail, &samples, &relmse);
-            brume_allocation_counts(&a, detail, counts);
+            brume_allocation_predict(a, detail, &samples, &relmse);
+            brume_allocation_counts(a, detail, counts);
             double cost = cost_of(counts, x0, 6);
             assert_true(fabs(cost - samples) < 1e-9 * cost);
             assert_true(samples <= budget);
             /* Finely graded: little of the budget is left over, unless all have as many as they may. */
             assert_true(samples > 0.85 * budget || samples > 0.999 * (1 << 14));
         }
-        brume_allocation_free(&a);
+        brume_allocation_free(a);
     }
     brume_error_estimate_free(&e);
 }
@@ -87,16 +87,16 @@ static void counts_are_powers_of_two_and_only_grow(void **state) {
     (void)state;
     static uint32_t counts[PIXELS], before[PIXELS];
     brume_error_estimate e;
-    brume_allocation a;
+    brume_allocation *a;
     make_estimate(&e);
-    assert_true(brume_allocation_create(&e, 0, 0, 1.5, 1 << 12, &a));
-    brume_allocation_counts(&a, 0, before);
+    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
+    brume_allocation_counts(a, 0, before);
     for (int i = 0; i < PIXELS; i++) assert_int_equal(before[i], FIRST);
     double error_before = INFINITY;
-    for (int detail = 1; detail < brume_allocation_most_detail(&a); detail += 3) {
+    for (int detail = 1; detail < brume_allocation_most_detail(a); detail += 3) {
         double samples, error;
-        brume_allocation_counts(&a, detail, counts);
-        brume_allocation_predict(&a, detail, &samples, &error);
+        brume_allocation_counts(a, detail, counts);
+        brume_allocation_predict(a, detail, &samples, &error);
         for (int i = 0; i < PIXELS; i++) {
             assert_true((counts[i] & (counts[i] - 1)) == 0 && counts[i] >= before[i] && counts[i] <= 1 << 12);
             before[i] = counts[i];
@@ -104,9 +104,9 @@ static void counts_are_powers_of_two_and_only_grow(void **state) {
         assert_true(error <= error_before);
         error_before = error;
     }
-    brume_allocation_counts(&a, brume_allocation_most_detail(&a), counts);
+    brume_allocation_counts(a, brume_allocation_most_detail(a), counts);
     for (int i = 0; i < PIXELS; i++) assert_int_equal(counts[i], 1 << 12);
-    brume_allocation_free(&a);
+    brume_allocation_free(a);
     brume_error_estimate_free(&e);
 }
 
@@ -115,16 +115,16 @@ static void samples_go_where_the_error_is(void **state) {
     (void)state;
     static uint32_t counts[PIXELS];
     brume_error_estimate e;
-    brume_allocation a;
+    brume_allocation *a;
     make_estimate(&e);
-    assert_true(brume_allocation_create(&e, 0, 0, 1.5, 1 << 16, &a));
+    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 16));
     double samples, relmse, all, start;
-    brume_allocation_predict(&a, 0, &all, &start);
+    brume_allocation_predict(a, 0, &all, &start);
     assert_true(fabs(all - FIRST) < 1e-9);
-    int detail = brume_allocation_for_error(&a, start / 50);
-    brume_allocation_predict(&a, detail, &samples, &relmse);
+    int detail = brume_allocation_for_error(a, start / 50);
+    brume_allocation_predict(a, detail, &samples, &relmse);
     assert_true(relmse <= start / 50 && relmse > start / 70);
-    brume_allocation_counts(&a, detail, counts);
+    brume_allocation_counts(a, detail, counts);
     double on = 0, off = 0, n_on = 0, n_off = 0;
     for (int i = 0; i < PIXELS; i++) {
         int from_line = abs(i % WIDTH - i / WIDTH);
@@ -134,7 +134,7 @@ static void samples_go_where_the_error_is(void **state) {
     assert_true(on / n_on > 8 * (off / n_off));
     /* All alike would have taken 50^(1 / 1.5) as many for that. */
     assert_true(samples < 0.6 * FIRST * pow(50, 1 / 1.5));
-    brume_allocation_free(&a);
+    brume_allocation_free(a);
     brume_error_estimate_free(&e);
 }
 
@@ -142,18 +142,18 @@ static void samples_go_where_the_error_is(void **state) {
 static void a_pixel_has_no_say_in_its_count(void **state) {
     (void)state;
     brume_error_estimate e;
-    brume_allocation a, b;
+    brume_allocation *a, *b;
     make_estimate(&e);
     const int here = 20 * WIDTH + 12, there = 2 * WIDTH + 40;
     for (int c = 0; c < 3; c++) e.last[3 * here + c] = 0, e.last[3 * there + c] = 1;
-    assert_true(brume_allocation_create(&e, 0, 0, 1.5, 1 << 12, &a));
+    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
     for (int c = 0; c < 3; c++) e.last[3 * here + c] = 1, e.last[3 * there + c] = 0;
-    assert_true(brume_allocation_create(&e, 0, 0, 1.5, 1 << 12, &b));
-    assert_int_equal(a.bin[here], b.bin[here]);
-    assert_int_equal(a.bin[there], b.bin[there]);
-    assert_true(b.bin[here + 1] > a.bin[here + 1] + 8); /* while its neighbours get more */
-    brume_allocation_free(&a);
-    brume_allocation_free(&b);
+    assert_non_null(b = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
+    assert_int_equal(a->bin[here], b->bin[here]);
+    assert_int_equal(a->bin[there], b->bin[there]);
+    assert_true(b->bin[here + 1] > a->bin[here + 1] + 8); /* while its neighbours get more */
+    brume_allocation_free(a);
+    brume_allocation_free(b);
     brume_error_estimate_free(&e);
 }
 
@@ -165,7 +165,7 @@ static double picture_mean(uint64_t *random, int own) {
     static double sums[PIXELS];
     static uint32_t counts[PIXELS];
     brume_error_estimate e;
-    brume_allocation a;
+    brume_allocation *a;
     assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 1, &e), BRUME_OK);
     memset(sums, 0, sizeof sums);
     for (int n = 1, level = 0; n <= FIRST; n *= 2, level++) {
@@ -179,9 +179,9 @@ static double picture_mean(uint64_t *random, int own) {
     if (own) {
         for (int i = 0; i < PIXELS; i++) counts[i] = e.last[3 * i] > 0 ? 16 * FIRST : FIRST;
     } else {
-        assert_true(brume_allocation_create(&e, 0, 0, 1, 1 << 12, &a));
-        brume_allocation_counts(&a, brume_allocation_for_samples(&a, 5 * FIRST), counts);
-        brume_allocation_free(&a);
+        assert_non_null(a = brume_allocation_create(&e, 0, 0, 1, 1 << 12));
+        brume_allocation_counts(a, brume_allocation_for_samples(a, 5 * FIRST), counts);
+        brume_allocation_free(a);
     }
     double total = 0;
     for (int i = 0; i < PIXELS; i++) {
