@@ -1,6 +1,6 @@
 /* estimates -- is a picture as wrong as it says, and done when it said? Renders scenes to three target errors with many
  * seeds; compares the estimated error with the true one against a reference of a hundredth of the error, and the time
- * that was predicted first with the time it took. A table in Markdown goes to standard output. */
+ * that was predicted after a short pilot with the time it took. A table in Markdown goes to standard output. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -13,7 +13,10 @@
 enum { MOST_SEEDS = 64, TARGETS = 3 };
 
 /* Targets: what 16 samples of every pixel reach, divided by these. */
-static const double divisors[TARGETS] = {2, 8, 32};
+static const double divisors[TARGETS] = {4, 16, 64};
+
+/* Predictions count once so much time has been spent, and if what they predict is at least three times as far off. */
+#define PILOT_SECONDS 0.3
 
 static const char *const scenes[] = {"open-beam",   "half-hidden", "slats",       "bunny-beam", "thick-fog",
                                      "forward-fog", "three-spots", "hundred-spots", "area-light", "environment-fog"};
@@ -31,13 +34,13 @@ typedef struct program {
 typedef struct outcome {
     float *radiance;
     brume_render_stats stats;
-    double predicted; /* seconds, when the prediction was first known; 0: it never was */
+    double predicted; /* seconds, as known after the pilot; 0: it was over before */
 } outcome;
 
 static int note_prediction(void *user, const brume_progress *progress)
 {
     outcome *o = user;
-    if (o->predicted == 0 && progress->predicted_seconds > 0)
+    if (o->predicted == 0 && progress->predicted_seconds > 0 && progress->seconds >= PILOT_SECONDS)
         o->predicted = progress->predicted_seconds;
     return 0;
 }
@@ -143,7 +146,7 @@ static int measure_scene(const program *p, const char *name, ratios *r)
                 !error_metrics_compute(run.radiance, reference.radiance, pixels, 0, &metrics))
                 return 0;
             r->errors[r->error_count++] = metrics.mse / run.stats.relmse;
-            if (run.predicted > 0)
+            if (run.predicted > 0 && run.stats.render_seconds > 3 * PILOT_SECONDS)
                 r->times[r->time_count++] = run.predicted / run.stats.render_seconds;
             samples += (double)run.stats.samples / (double)pixels / p->seeds;
             free(run.radiance);

@@ -32,29 +32,38 @@ static int bin_of(double e, double order, uint32_t place) {
     return (int)fmin(fmax(step + BRUME_ALLOCATION_BINS / 2, 0), BRUME_ALLOCATION_BINS - 1);
 }
 
-/* Each pixel's share of relMSE. */
-static double *pixel_errors(const brume_error_estimate *e, double order) {
-    size_t pixels = (size_t)e->width * e->height;
-    double *errors = malloc(pixels * sizeof *errors);
-    float *weights = errors ? brume_error_estimate_weights(e) : NULL;
-    if (!weights) {
-        free(errors);
-        return NULL;
-    }
-    double scale = 1 / (3.0 * (double)pixels * (pow(2, order) - 1));
-    for (size_t i = 0; i < pixels; i++) {
-        errors[i] = 0;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++) errors[i] += scale * weights[c] * e->last[c];
-    }
-    free(weights);
-    return errors;
+/* Each pixel's share of relMSE: by the last difference alone, and by both, which is less noisy. */
+typedef struct pixel_errors {
+    double *last, *both;
+} pixel_errors;
+
+static void free_errors(pixel_errors *p) {
+    free(p->last);
+    free(p->both);
 }
 
-/* The bins, from e n^p of the pixels around each; and what the pixels of a bin have for an error at the time. */
-static void fill_bins(brume_allocation *a, const double *errors, uint32_t x0, uint32_t y0) {
+static int find_errors(const brume_error_estimate *e, double order, pixel_errors *out) {
+    size_t pixels = (size_t)e->width * e->height;
+    out->last = calloc(pixels, sizeof *out->last);
+    out->both = calloc(pixels, sizeof *out->both);
+    float *weights = out->last && out->both ? brume_error_estimate_weights(e) : NULL;
+    if (!weights) return 0;
+    double scale = 1 / (3.0 * (double)pixels * (pow(2, order) - 1)), fall = pow(2, -order);
+    for (size_t i = 0; i < pixels; i++)
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            out->last[i] += scale * weights[c] * e->last[c];
+            out->both[i] += 0.5 * scale * weights[c] * (e->last[c] + fall * e->before[c]);
+        }
+    free(weights);
+    return 1;
+}
+
+/* The bins, from e n^p of the pixels around each. What the pixels of a bin have for an error they say themselves: they
+ * had no part in the choice of the bin, so that errors which only chance put into one neighbourhood promise nothing. */
+static void fill_bins(brume_allocation *a, const pixel_errors *errors, uint32_t x0, uint32_t y0) {
     double mean = 0; /* of e n^p */
     size_t pixels = (size_t)a->width * a->height;
-    for (size_t i = 0; i < pixels; i++) mean += errors[i] * pow(2, a->order * a->level[i]) / (double)pixels;
+    for (size_t i = 0; i < pixels; i++) mean += errors->both[i] * pow(2, a->order * a->level[i]) / (double)pixels;
     for (uint32_t y = 0; y < a->height; y++) {
         uint32_t top, bottom;
         block_of(y, y0, a->height, RING, &top, &bottom);
@@ -66,13 +75,13 @@ static void fill_bins(brume_allocation *a, const double *errors, uint32_t x0, ui
             for (uint32_t j = top; j < bottom; j++)
                 for (uint32_t i = left; i < right; i++) {
                     size_t there = (size_t)j * a->width + i;
-                    if (there != here) sum += errors[there] * pow(2, a->order * a->level[there]);
+                    if (there != here) sum += errors->both[there] * pow(2, a->order * a->level[there]);
                 }
             double count = (double)(bottom - top) * (right - left) - 1;
             double error = (count > 0 ? sum / count : 0) + UNSEEN * mean;
             int bin = bin_of(error, a->order, (x0 + x) / BLOCK | (y0 + y) / BLOCK << 16);
             a->bin[here] = (int16_t)bin;
-            a->error[a->level[here]][bin] += error * pow(2, -a->order * a->level[here]);
+            a->error[a->level[here]][bin] += errors->last[here];
         }
     }
 }
@@ -100,13 +109,14 @@ brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_
                                           uint32_t most_samples) {
     size_t pixels = (size_t)e->width * e->height;
     brume_allocation *a = calloc(1, sizeof *a);
-    double *errors = pixel_errors(e, order);
+    pixel_errors errors = {0};
+    int found = find_errors(e, order, &errors);
     if (a) {
         a->bin = malloc(pixels * sizeof *a->bin);
         a->level = malloc(pixels * sizeof *a->level);
     }
-    if (!a || !errors || !a->bin || !a->level) {
-        free(errors);
+    if (!a || !found || !a->bin || !a->level) {
+        free_errors(&errors);
         brume_allocation_free(a);
         return NULL;
     }
@@ -115,9 +125,9 @@ brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_
     a->order = order;
     while (a->most < BRUME_ERROR_LEVELS - 2 && 2ull << a->most <= most_samples) a->most++;
     memcpy(a->level, e->level, pixels * sizeof *a->level);
-    fill_bins(a, errors, x0, y0);
+    fill_bins(a, &errors, x0, y0);
     fill_costs(a, x0, y0);
-    free(errors);
+    free_errors(&errors);
     return a;
 }
 

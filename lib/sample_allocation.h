@@ -3,8 +3,8 @@
  * A pixel that has n_i samples and the error e_i has e_i (n_i / n)^p with n. Their sum is least, for a given number
  * of samples, where n is in proportion to (e_i n_i^p)^(1 / (p + 1)). A pixel's e is taken from the pixels around it and
  * not from itself: its own samples, which stay in the picture, have no say in how many of them there are, and so its
- * mean has no bias. (Stopping a pixel when it looks converged has: Kirk & Arvo 1991.) What remains runs through the whole
- * picture's total, and, from the second allocation on, through how well its neighbours are known.
+ * mean has no bias. (Stopping a pixel when it looks converged has: Kirk & Arvo 1991.) What remains runs through the
+ * whole picture's total, and, from the second allocation on, through how well its neighbours are known.
  *
  * Counts are powers of two, where Sobol' points are at their best; which of the two next to it a pixel gets is decided
  * by a hash of its place, so that totals come out finely graded. They are nearly the same within 4 x 4 pixels, which a
@@ -25,7 +25,7 @@ typedef struct brume_allocation {
     int16_t *bin;        /* per pixel: 16 log2 of (e n^p)^(1 / (p + 1)), and the dither */
     uint8_t *level;      /* per pixel: log2 of its samples at the time */
     /* By the level and the bin: the share of the pixels that lie in blocks whose highest these are, and the relMSE at
-     * the time of the pixels, by those around them. */
+     * the time of the pixels that are in it. */
     double cost[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS], error[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS];
 } brume_allocation;
 
