@@ -8,6 +8,7 @@
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
 # make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
 #                    and so on: build/ladder --help
+# make estimates     is a picture as wrong as it says, and done when it said? A table, in about ten minutes
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -49,7 +50,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder estimates clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -87,6 +88,8 @@ $(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.
 $(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(build)/apps/error_metrics.o \
                  $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
+
+$(build)/estimates: $(build)/apps/error_metrics.o
 
 $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
@@ -156,6 +159,10 @@ crosscheck: $(build)/render-cli
 ladder: $(build)/ladder meshes
 	@sh lib/deps.sh imagemagick fonts-dejavu-core
 	$(build)/ladder $(ARGS)
+
+# ARGS="--scene slats --seeds 20 --size 160x100"
+estimates: $(build)/estimates meshes
+	$(build)/estimates $(ARGS)
 
 clean:
 	rm -rf build out

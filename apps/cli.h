@@ -82,6 +82,8 @@ struct cli_progress {
     int verbosity;
     int bar;         /* standard error is a terminal and wants one */
     int bar_visible; /* the cursor stands behind a bar */
+    double threshold, limit; /* the goal: --noise-threshold, --time-limit; 0 none */
+    int predicted;   /* what it takes has been said */
 };
 
 void cli_progress_init(cli_progress *progress, const cli_options *options);

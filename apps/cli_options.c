@@ -13,6 +13,14 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_SPP] = {EVERY, 0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] =
         {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
+    [OPTION_NOISE_THRESHOLD] =
+        {RENDER, 0, "noise-threshold", "E", "renders until relMSE, the picture's estimated error, is E or less; then\n"
+                                            "--spp is the most samples it may take"},
+    [OPTION_TIME_LIMIT] =
+        {RENDER, 0, "time-limit", "S", "the best picture within S seconds, reading and building included"},
+    [OPTION_ADAPTIVE] =
+        {RENDER, 0, "adaptive", "auto|on|off", "samples where the error is (default: auto, with one of the last two);\n"
+                                               "on: with --spp, too, which then is the mean over the pixels"},
     [OPTION_SEED] = {EVERY, 0, "seed", "S", "seed of the random numbers (default: the scene's)"},
     [OPTION_STRATEGY] =
         {EVERY, 0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
@@ -227,6 +235,13 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         return 0;
     if (spp_given && range_given) {
         cli_error("--spp and --sample-range exclude each other");
+        return CLI_EXIT_USAGE;
+    }
+    const brume_render_desc *render = &options->render;
+    if (range_given && (render->noise_threshold > 0 || render->time_limit > 0 ||
+                        render->adaptive == BRUME_ADAPTIVE_ON)) {
+        cli_error("--sample-range is a fixed range of samples; it goes with no --noise-threshold, --time-limit or "
+                  "--adaptive");
         return CLI_EXIT_USAGE;
     }
     if (!options->scene || !*options->scene) {

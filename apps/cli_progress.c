@@ -21,6 +21,8 @@ void cli_progress_init(cli_progress *progress, const cli_options *options)
     memset(progress, 0, sizeof *progress);
     progress->kind = options->progress;
     progress->verbosity = options->verbosity;
+    progress->threshold = options->render.noise_threshold;
+    progress->limit = options->render.time_limit;
     progress->bar = options->progress == CLI_PROGRESS_AUTO && options->verbosity >= 0 && isatty(STDERR_FILENO);
 }
 
@@ -71,12 +73,45 @@ static void format_duration(char *out, size_t size, double seconds)
         snprintf(out, size, "%lu:%02lu", whole / 60, whole % 60);
 }
 
+/* What the goal takes, or what it will bring, once about a second of rendering can tell. */
+static void print_prediction(cli_progress *progress, const brume_progress *update)
+{
+    if (progress->predicted || progress->verbosity < 0 || !(progress->threshold > 0 || progress->limit > 0) ||
+        update->predicted_seconds < 0 || update->seconds < 1)
+        return;
+    progress->predicted = 1;
+    clear_bar(progress);
+    if (progress->threshold > 0 && update->predicted_relmse <= progress->threshold)
+        fprintf(stderr, "relMSE %.2g in about %.3g s (%.3g to %.3g)\n", progress->threshold, update->predicted_seconds,
+                update->predicted_low, update->predicted_high);
+    else if (progress->threshold > 0)
+        fprintf(stderr, "relMSE %.2g is out of reach: about %.2g in %.3g s\n", progress->threshold,
+                update->predicted_relmse, update->predicted_seconds);
+    else
+        fprintf(stderr, "relMSE of about %.2g in %.3g s\n", update->predicted_relmse, update->predicted_seconds);
+}
+
+static void print_number(const char *name, double value)
+{
+    if (value >= 0)
+        printf(",\"%s\":%.6g", name, value);
+}
+
 int cli_progress_update(void *user, const brume_progress *update)
 {
     cli_progress *progress = user;
+    print_prediction(progress, update);
     if (progress->kind == CLI_PROGRESS_JSON) {
-        printf("{\"event\":\"progress\",\"seconds\":%.3f,\"fraction\":%.6f,\"seconds_left\":%.3f,\"samples\":%llu}\n",
+        printf("{\"event\":\"progress\",\"seconds\":%.3f,\"fraction\":%.6f,\"seconds_left\":%.3f,\"samples\":%llu",
                update->seconds, update->fraction, update->seconds_left, (unsigned long long)update->samples);
+        print_number("relmse", update->relmse);
+        print_number("relmse_low", update->relmse_low);
+        print_number("relmse_high", update->relmse_high);
+        print_number("predicted_seconds", update->predicted_seconds);
+        print_number("predicted_low", update->predicted_low);
+        print_number("predicted_high", update->predicted_high);
+        print_number("predicted_relmse", update->predicted_relmse);
+        puts("}");
         fflush(stdout);
     } else if (progress->bar) {
         enum { WIDTH = 40 };
@@ -89,6 +124,8 @@ int cli_progress_update(void *user, const brume_progress *update)
         format_duration(elapsed, sizeof elapsed, update->seconds);
         format_duration(left, sizeof left, update->seconds_left);
         fprintf(stderr, "\r\033[K[%s] %3d %%  %s, %s left", bar, (int)(fraction * 100), elapsed, left);
+        if (update->relmse >= 0)
+            fprintf(stderr, ", relMSE %.2g", update->relmse);
         fflush(stderr);
         progress->bar_visible = 1;
     }

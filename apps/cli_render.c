@@ -4,6 +4,8 @@
 
 #include "cli.h"
 
+#define WRITE_SECONDS 0.03 /* a picture of some hundred thousand pixels */
+
 static int check_outputs(const cli_options *options)
 {
     for (size_t i = 0; i < options->output_count; i++) {
@@ -60,7 +62,13 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     if (code)
         goto cleanup;
     run.load_seconds = session.load_seconds;
-    brume_result result = brume_render_create(session.device, session.scene, &options->render, &render);
+    brume_render_desc desc = options->render;
+    if (desc.time_limit > 0) {
+        /* The limit is the command's: less what has gone by, and something for the pictures. */
+        double left = desc.time_limit - (cli_now() - begin) - WRITE_SECONDS * (double)options->output_count;
+        desc.time_limit = left > 0.001 ? left : 0.001;
+    }
+    brume_result result = brume_render_create(session.device, session.scene, &desc, &render);
     if (result) {
         code = cli_report(context, result);
         goto cleanup;
@@ -92,6 +100,9 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     int stats_code = write_stats(&run);
     if (code == CLI_EXIT_OK)
         code = stats_code;
+    if (options->render.time_limit > 0 && !cli_signal() && stats.samples < (uint64_t)stats.width * stats.height &&
+        options->verbosity >= 0)
+        fprintf(stderr, "render-cli: warning: --time-limit was over before every pixel had a sample\n");
     if (cli_signal() && options->verbosity >= 0)
         fprintf(stderr, "render-cli: stopped at %u %% of the samples; what there is has been written\n",
                 stats.sample_count == 0 ? 0 : (unsigned)(100.0 * (double)stats.samples /

@@ -101,6 +101,11 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_string(file, "indirect", brume_indirect_name(stats->indirect));
     fprintf(file, ",\"complete\":%s", stats->complete ? "true" : "false");
     member_count(file, "samples", stats->samples);
+    member_number(file, "relmse", stats->relmse < 0 ? NAN : stats->relmse);
+    member_number(file, "relmse_low", stats->relmse < 0 ? NAN : stats->relmse_low);
+    member_number(file, "relmse_high", stats->relmse < 0 ? NAN : stats->relmse_high);
+    member_number(file, "order", stats->relmse < 0 ? NAN : stats->order);
+    fprintf(file, ",\"adaptive\":%s", stats->adaptive ? "true" : "false");
     member_count(file, "bad_samples", stats->bad_samples);
     if (stats->bad_samples > 0) {
         member_count(file, "bad_pixel_x", stats->bad_pixel_x);
@@ -150,4 +155,7 @@ void cli_stats_summary(FILE *file, const cli_run *run)
             "scene %.2f s, BVH %.2f s, upload %.2f s, kernels %.2f s, render %.2f s (%.3g samples/s), write %.2f s\n",
             run->load_seconds, stats->bvh_seconds, stats->upload_seconds, stats->build_seconds, stats->render_seconds,
             samples_per_second(stats), run->write_seconds);
+    if (stats->relmse >= 0)
+        fprintf(file, "relMSE %.2g (%.2g to %.2g), falling as samples^-%.1f%s\n", stats->relmse, stats->relmse_low,
+                stats->relmse_high, stats->order, stats->adaptive ? "; samples placed where the error is" : "");
 }

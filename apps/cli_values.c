@@ -28,6 +28,14 @@ static int parse_uint(const char **text, char stop, uint32_t *out)
     return 1;
 }
 
+/* A positive number. */
+static int parse_positive(const char *value, double *out)
+{
+    char *end;
+    *out = strtod(value, &end);
+    return end != value && !*end && isfinite(*out) && *out > 0;
+}
+
 static int parse_define(cli_options *options, const char *value)
 {
     const char *equals = strchr(value, '=');
@@ -109,6 +117,20 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
             return wrong_value(id, value);
         render->first_sample = a;
         render->sample_count = b - a;
+        return 0;
+    case OPTION_NOISE_THRESHOLD:
+        return parse_positive(value, &render->noise_threshold) ? 0 : wrong_value(id, value);
+    case OPTION_TIME_LIMIT:
+        return parse_positive(value, &render->time_limit) ? 0 : wrong_value(id, value);
+    case OPTION_ADAPTIVE:
+        if (strcmp(value, "auto") == 0)
+            render->adaptive = BRUME_ADAPTIVE_AUTO;
+        else if (strcmp(value, "on") == 0)
+            render->adaptive = BRUME_ADAPTIVE_ON;
+        else if (strcmp(value, "off") == 0)
+            render->adaptive = BRUME_ADAPTIVE_OFF;
+        else
+            return wrong_value(id, value);
         return 0;
     case OPTION_SEED:
         if (!parse_uint(&text, 0, &a))

@@ -23,13 +23,14 @@ enum { LADDER_NAME = 64, LADDER_FOLDER = 512, LADDER_PATH = 1024, LADDER_SCENES 
 
 typedef enum ladder_mode { LADDER_MODE_SCENES = 0, LADDER_MODE_SAMPLERS = 1, LADDER_MODE_LIGHTS = 2 } ladder_mode;
 
-/* One way of estimating: spelled STRATEGY[:POSITIONS][+INDIRECT]. */
+/* One way of estimating: spelled STRATEGY[:POSITIONS][+INDIRECT][+adaptive]. */
 typedef struct ladder_rung {
     char name[LADDER_NAME];
     brume_strategy strategy;
     uint32_t positions;
     uint32_t use_indirect; /* else the scene's */
     brume_indirect indirect;
+    uint32_t adaptive; /* samples where the error is */
 } ladder_rung;
 
 typedef struct ladder_scene {

@@ -52,6 +52,10 @@ int ladder_shoot(const ladder *l, const brume_scene *scene, const ladder_rung *r
     desc.positions = rung->positions;
     desc.use_indirect = rung->use_indirect;
     desc.indirect = rung->indirect;
+    desc.adaptive = rung->adaptive ? BRUME_ADAPTIVE_ON : BRUME_ADAPTIVE_OFF;
+    desc.error_estimate = rung->adaptive; /* the others don't pay for it */
+    if (rung->adaptive)
+        desc.time_limit = limit;
     ladder_shot_free(out);
     brume_result result = brume_render_create(l->device, scene, &desc, &render);
     if (!result)

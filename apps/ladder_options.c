@@ -8,7 +8,8 @@
 
 static const char default_scenes[] = "open-beam,half-hidden,slats,bunny-beam,forest-beam,thin-fog,thick-fog,"
                                      "forward-fog,three-spots,hundred-spots,area-light,soft-lamp,environment-fog";
-static const char default_rungs[] = "spherical,distance,equiangular,equiangular-cone,mis,product,systematic,raster";
+static const char default_rungs[] = "spherical,distance,equiangular,equiangular-cone,mis,product,systematic,raster,"
+                                    "auto,auto+adaptive";
 
 void ladder_print_help(FILE *file)
 {
@@ -19,12 +20,13 @@ void ladder_print_help(FILE *file)
           "  --samplers              independent against Sobol' points: samplers.csv, .md\n"
           "  --lights                1 to 10000 spotlights: lights.csv, .md\n\n"
           "  --scenes A,B            names in scenes/ladder/, or files (with a / or .xml)\n"
-          "  --rungs A,B             STRATEGY[:POSITIONS][+INDIRECT], such as mis, systematic:16, auto+ray-lights\n"
+          "  --rungs A,B             STRATEGY[:POSITIONS][+INDIRECT][+adaptive], such as mis, systematic:16,\n"
+          "                          auto+ray-lights, auto+adaptive: samples where the error is\n"
           "  --seconds S             of rendering per rung at equal time (default: 1)\n"
           "  --spp N                 samples per pixel at equal samples (default: 16)\n"
           "  --reference-spp N       of the reference (default: 8192), ...\n"
           "  --reference-seconds S   ... unless that takes longer than this (default: 90)\n"
-          "  --reference-rung R      its estimator (default: mis)\n"
+          "  --reference-rung R      its estimator (default: mis+adaptive)\n"
           "  --size WxH              of the pictures (default: 240x150; quick, or with a mode: 160x100)\n"
           "  --depth N               path edges (default: the scene's, 2, light scattered once)\n"
           "  --seed N                of the pictures compared (default: 1); the reference has its own\n"
@@ -118,7 +120,7 @@ static const char *indirect_name(int i) { return brume_indirect_name((brume_indi
 
 static int parse_rung(const char *option, const char *value, ladder_rung *out)
 {
-    static const char expected[] = "STRATEGY[:POSITIONS][+INDIRECT]";
+    static const char expected[] = "STRATEGY[:POSITIONS][+INDIRECT][+adaptive]";
     const char *end = value + strcspn(value, ":+");
     int strategy = find_name(strategy_name, value, end);
     memset(out, 0, sizeof *out);
@@ -134,8 +136,14 @@ static int parse_rung(const char *option, const char *value, ladder_rung *out)
             return wrong(option, value, expected);
         end = stop ? text - 1 : text;
     }
-    if (*end == '+') {
-        int indirect = find_name(indirect_name, end + 1, end + strlen(end));
+    while (*end == '+') {
+        const char *part = end + 1;
+        end = part + strcspn(part, "+");
+        if (end - part == 8 && strncmp(part, "adaptive", 8) == 0) {
+            out->adaptive = 1;
+            continue;
+        }
+        int indirect = find_name(indirect_name, part, end);
         if (indirect < 0)
             return wrong(option, value, expected);
         out->use_indirect = 1;
@@ -245,7 +253,7 @@ static int set_defaults(ladder_options *o, int quick)
     if (!code && o->rung_count == 0)
         code = parse_list("--rungs", is_scenes ? default_rungs : "distance,equiangular-cone,mis,product,raster", 0, o);
     if (!code && !o->reference.name[0])
-        code = parse_rung("--reference-rung", "mis", &o->reference);
+        code = parse_rung("--reference-rung", "mis+adaptive", &o->reference);
     if (o->width == 0) {
         o->width = is_scenes && !quick ? 240 : 160;
         o->height = is_scenes && !quick ? 150 : 100;

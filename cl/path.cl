@@ -44,22 +44,29 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
 
 /* `samples` samples of each pixel of a group from `first_sample` on.
  *
+ * LAUNCH_PILOT: looks along one camera ray of each pixel, writes the plan, and adds nothing to the film.
+ * LAUNCH_ADAPTIVE: `group` counts in those tiles that the schedule begins with, and no pixel gets samples beyond its
+ * end, an index: the ends of all slots follow, behind room for all tiles.
+ *
  * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
  * whole body inlined: the machine code was generated three times over. */
-CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group,
-                      uint first_sample, uint samples, uint is_pilot) {
+CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan,
+                      __global const int *schedule, uint group, uint first_sample, uint samples, uint launch) {
     SCENE_FROM_PARAMETERS(s);
 
     uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
     uint tile_height = LAYOUT_LANES / TILE_WIDTH;
     uint tiles_y = ((uint)params->crop_height + tile_height - 1) / tile_height;
+    uint tiles = tiles_x * tiles_y;
+    const uint narrow = LAYOUT_LANES / LANES; /* groups in a tile */
+    if (launch & LAUNCH_ADAPTIVE) group = (uint)schedule[group / narrow] * narrow + group % narrow;
     film f;
     f.planes = planes;
-    f.slots = (size_t)tiles_x * tiles_y * LAYOUT_LANES;
+    f.slots = (size_t)tiles * LAYOUT_LANES;
     f.first = (size_t)group * LANES;
 
-    uint tile = group / (LAYOUT_LANES / LANES);
-    ireal place = I(group % (LAYOUT_LANES / LANES) * LANES) + lane_index();
+    uint tile = group / narrow;
+    ireal place = I(group % narrow * LANES) + lane_index();
     ireal in_x = I((tile % tiles_x) * TILE_WIDTH) + (place & I(TILE_WIDTH - 1));
     ireal in_y = I((tile / tiles_x) * tile_height) + place / I(TILE_WIDTH);
     mask inside = (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
@@ -67,12 +74,17 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
 
     s.plan = plan + f.first;
     s.plan_stride = f.slots;
-    s.is_pilot = is_pilot != 0;
+    s.is_pilot = (launch & LAUNCH_PILOT) != 0;
 
+    ireal quota = I(samples);
+    if (launch & LAUNCH_ADAPTIVE) {
+        ireal end = gather_int(schedule + tiles + f.first, lane_index());
+        quota = (end - I(first_sample) < quota) ? end - I(first_sample) : quota;
+    }
     ireal started = I(0);
     path p = path_none();
     for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
-        mask idle = inside & !p.alive & (started < I(samples));
+        mask idle = inside & !p.alive & (started < quota);
         if (ANY(idle) && (!ANY(p.alive) || count_lanes(idle) > MAX_IDLE)) {
             path fresh = path_start(&s, x, y, U32(first_sample) + to_ureal32(started), idle);
             p = path_select(idle, fresh, p);
@@ -92,12 +104,12 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.
  *
  * Groups group_begin ... group_end - 1 of LANES pixels, `samples` samples of each from `first_sample` on. One work-item
- * a group, which is a tile of the film unless that is laid out for a wider program.
- * The pilot looks along one camera ray of each pixel, writes the plan, and adds nothing to the film. */
+ * a group, which is a tile of the film unless that is laid out for a wider program. */
 __kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
-void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan, uint group_begin,
-                  uint group_end, uint first_sample, uint samples, uint is_pilot) {
+void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan,
+                  __global const int *schedule, uint group_begin, uint group_end, uint first_sample, uint samples,
+                  uint launch) {
     uint group = group_begin + (uint)get_global_id(0);
     if (group < group_end)
-        render_tile(SCENE_ARGUMENTS, planes, bad, plan, group, first_sample, samples, is_pilot);
+        render_tile(SCENE_ARGUMENTS, planes, bad, plan, schedule, group, first_sample, samples, launch);
 }

@@ -320,6 +320,10 @@ SIZE_IS(b_params, 320);
 #define PLAN_ONE 6      /* one point: all is hidden */
 #define PILOT_SAMPLE 0xfffffff0u /* its index: no other sample has it */
 
+/* What a launch of the kernel does besides rendering the same samples of every pixel of some tiles: bits. */
+#define LAUNCH_PILOT 1
+#define LAUNCH_ADAPTIVE 2
+
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,
  * [2] its sample index. */
 #define BAD_COUNT 0

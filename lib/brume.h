@@ -348,12 +348,20 @@ typedef struct brume_render brume_render;
 
 typedef enum brume_precision { BRUME_PRECISION_FLOAT = 0, BRUME_PRECISION_DOUBLE = 1 } brume_precision;
 
+/* Whether pixels get samples by their need, so that the picture's error falls fastest. A pixel's own samples have no
+ * say in how many there are: it is unbiased. */
+typedef enum brume_adaptive {
+    BRUME_ADAPTIVE_AUTO = 0, /* with a noise threshold or a time limit, where it pays; the default */
+    BRUME_ADAPTIVE_OFF = 1,  /* all pixels alike */
+    BRUME_ADAPTIVE_ON = 2    /* with a sample count, too, which then is the mean over the pixels */
+} brume_adaptive;
+
 typedef struct brume_render_desc {
     uint32_t cookie;
     brume_precision precision; /* FLOAT */
     uint32_t lanes;            /* paths per work-item: 1, 4, 8, 16; 0: what suits the device */
     uint32_t guides;           /* record albedo, normal and depth; 1 */
-    uint32_t sample_count;     /* per pixel; 0: the scene's */
+    uint32_t sample_count;     /* per pixel; 0: the scene's, with a noise threshold or time limit as many as it takes */
     uint32_t first_sample;     /* index of the first: ranges [first, first + count) of several renders add up; 0 */
     uint32_t use_seed, seed;   /* override the scene's seed; 0, 0 */
     uint32_t use_crop;         /* override the scene's crop; 0 */
@@ -367,6 +375,10 @@ typedef struct brume_render_desc {
     uint32_t quick_start;      /* where lanes is 0 and the program is not in the cache: begin with a narrower one, which
                                   compiles sooner, and go over to it once it is built. The same picture, sooner begun,
                                   at the price of two compilations; 0 */
+    uint32_t error_estimate;   /* tell the picture's error while it renders: 9 floats a pixel of host memory; 1 */
+    double noise_threshold;    /* stop when the picture's relMSE is estimated to be at most this; 0: none */
+    double time_limit;         /* stop when brume_render_create and _run have taken so many seconds; 0: none */
+    brume_adaptive adaptive;   /* AUTO */
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
@@ -386,6 +398,11 @@ typedef struct brume_progress {
     double fraction;         /* of the work, 0 to 1 */
     double seconds_left;     /* estimate */
     uint64_t samples;        /* done so far, over all pixels */
+    double relmse;           /* estimated error of the picture as it is (see brume_render_stats); < 0: not known yet */
+    double relmse_low, relmse_high; /* 95 % confidence */
+    /* When the goal (noise threshold, time limit, sample count) will be reached, in seconds of brume_render_run
+     * altogether, with what may come of the estimate's uncertainty; and the relMSE then. < 0: not known yet */
+    double predicted_seconds, predicted_low, predicted_high, predicted_relmse;
 } brume_progress;
 
 /* Called from within brume_render_run, a few times a second. Non-zero cancels. */
@@ -423,18 +440,27 @@ typedef struct brume_render_stats {
     uint32_t swapped_at_sample;     /* per pixel, in whole passes, when the wide one took over; 0 if it did not */
     double swap_seconds;            /* from the start of the build until then; 0 if it did not */
     uint64_t program_bytes;         /* of the binary that came from there; else 0 */
+    /* The picture's error as estimated from itself when its pixels last held a power of two samples: the mean over
+     * pixels and channels of (I - R)^2 / (R^2 + 0.01 mean(R)^2), R being what the picture I converges to; < 0: not
+     * known. Needs brume_render_desc.error_estimate. */
+    double relmse, relmse_low, relmse_high; /* the last two: 95 % confidence */
+    double order;                   /* the error falls as samples^-order */
+    uint32_t adaptive;              /* pixels have got samples by their need */
 } brume_render_stats;
 
 BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);
 
 typedef enum brume_channel {
     BRUME_CHANNEL_RADIANCE = 0,     /* 3 floats: mean over the samples */
-    BRUME_CHANNEL_VARIANCE = 1,     /* 3 floats: of the mean, from the spread of the samples; 0 below 2 samples */
+    BRUME_CHANNEL_VARIANCE = 1,     /* 3 floats: of the mean, as if samples were independent; 0 below 2 samples */
     BRUME_CHANNEL_ALBEDO = 2,       /* 3 floats: at the first non-specular hit, in [0, 1] */
     BRUME_CHANNEL_NORMAL = 3,       /* 3 floats: there, world space, towards the viewer */
     BRUME_CHANNEL_DEPTH = 4,        /* 1 float: distance to the first visible surface, mean over the samples that hit */
     BRUME_CHANNEL_SAMPLE_COUNT = 5, /* 1 float */
-    BRUME_CHANNEL_ALPHA = 6         /* 1 float: share of samples that met a surface, a scatterer or an environment */
+    BRUME_CHANNEL_ALPHA = 6,        /* 1 float: share of samples that met a surface, a scatterer or an environment */
+    BRUME_CHANNEL_ERROR = 7         /* 3 floats: of the mean, the variance that the error estimate knows of, from the
+                                       5 x 5 pixels around: with Sobol' points far below VARIANCE, which it is while the
+                                       estimate knows nothing */
 } brume_channel;
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.

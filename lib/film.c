@@ -16,7 +16,7 @@ size_t brume_film_slot_count(const brume_film_layout *l) {
     return (size_t)l->group_count * l->tile_width * l->tile_height;
 }
 
-static size_t slot_of(const brume_film_layout *l, uint32_t x, uint32_t y) {
+size_t brume_film_slot_of(const brume_film_layout *l, uint32_t x, uint32_t y) {
     size_t group = (size_t)(y / l->tile_height) * l->tiles_x + x / l->tile_width;
     return group * l->tile_width * l->tile_height + (y % l->tile_height) * l->tile_width + x % l->tile_width;
 }
@@ -33,7 +33,7 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
     size_t slots = brume_film_slot_count(l);
     for (uint32_t y = 0; y < l->height; y++) {
         for (uint32_t x = 0; x < l->width; x++) {
-            const float *at = planes + slot_of(l, x, y);
+            const float *at = planes + brume_film_slot_of(l, x, y);
 #define PLANE(k) ((double)at[(size_t)(k) * slots])
             double n = PLANE(FILM_COUNT), w = filter_weight, scale = n > 0 ? 1 / n : 0;
             switch (channel) {
@@ -57,6 +57,7 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
                 *out++ = (float)(hits > 0 ? PLANE(FILM_DEPTH) / hits : 0);
                 break;
             }
+            case BRUME_CHANNEL_ERROR: break; /* not the film's to know */
             case BRUME_CHANNEL_SAMPLE_COUNT: *out++ = (float)n; break;
             case BRUME_CHANNEL_ALPHA: *out++ = (float)(scale * PLANE(FILM_ALPHA)); break;
             }

@@ -16,6 +16,9 @@ brume_film_layout brume_film_layout_make(uint32_t width, uint32_t height, uint32
 /* Slots: group_count * lanes, some of them outside the crop. */
 size_t brume_film_slot_count(const brume_film_layout *layout);
 
+/* Where a pixel of the crop lies in a plane. */
+size_t brume_film_slot_of(const brume_film_layout *layout, uint32_t x, uint32_t y);
+
 /* planes: FILM_PLANES or FILM_GUIDE_PLANES times the slot count, as read from the device. out: height x width x
  * (3 or 1) floats. filter_weight: b_params.filter_weight. */
 void brume_film_resolve(const brume_film_layout *layout, const float *planes, float filter_weight,

@@ -33,7 +33,7 @@ static const layer layers[] = {
     {BRUME_CHANNEL_ALBEDO, 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, WITH_LAYERS},
     {BRUME_CHANNEL_NORMAL, 3, {"N.X", "N.Y", "N.Z"}, 1, WITH_LAYERS},
     {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_VARIANCE, 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
+    {BRUME_CHANNEL_ERROR, 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
     {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
@@ -95,6 +95,8 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         brume_exr_attribute ndc = {.name = "worldToNDC", .type = BRUME_EXR_MATRIX};
         memcpy(camera.matrix, render->world_to_camera, sizeof camera.matrix);
         world_to_ndc(render, ndc.matrix);
+        brume_render_stats now;
+        brume_render_get_stats(render, &now);
         attributes[n++] = text_attribute("software", "brume " BRUME_VERSION);
         attributes[n++] = text_attribute("device", render->device->info.name);
         attributes[n++] = text_attribute("samplerName",
@@ -104,11 +106,12 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         char seed[16], first[16]; /* text: EXR's integers end at 2^31 */
         snprintf(seed, sizeof seed, "%u", (unsigned)s->seed);
         snprintf(first, sizeof first, "%u", (unsigned)s->first_sample);
-        attributes[n++] = int_attribute("samplesPerPixel", render->samples_done);
+        attributes[n++] = int_attribute("samplesPerPixel", (uint32_t)(now.samples / pixels));
         attributes[n++] = text_attribute("firstSample", first);
         attributes[n++] = text_attribute("seed", seed);
         attributes[n++] = int_attribute("incomplete", !s->complete);
         attributes[n++] = float_attribute("renderTimeSeconds", s->render_seconds);
+        if (now.relmse >= 0) attributes[n++] = float_attribute("relMSE", now.relmse);
         attributes[n++] = camera;
         attributes[n++] = ndc;
         result = brume_exr_write(render->device->context, path, s->crop_x, s->crop_y, s->width, s->height,

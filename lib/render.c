@@ -1,10 +1,8 @@
-/* render.c -- a render: upload, kernel, launches, progress.
- *
- * Work is cut into passes over the film of a few samples each, and a pass into launches sized by time, so that
- * progress, cancelling and GPU watchdogs work. How it is cut never changes the film (cl/film.h).
- */
+/* render.c -- making a render: its description checked, the scene uploaded, the kernel built; and reading its film.
+ * render_run.c renders. */
 #include "render.h"
 
+#include <float.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -12,11 +10,10 @@
 #include "clock.h"
 #include "strategy.h"
 
-#define LAUNCH_SECONDS 0.05
 enum {
-    MAX_PASS_SAMPLES = 16, /* enough for lanes to take turns, few enough for a picture that fills evenly */
     GPU_LOCAL_SIZE = 64,
     RENDER_COOKIE = 0x62720001,
+    GOAL_SAMPLES = 1 << 20, /* per pixel at most, where an error or a time is the goal and no count is given */
     /* On a segment, unless asked for: more cost more than they gain (measured by make ladder). */
     SYSTEMATIC_POSITIONS = 4,
     RASTER_POSITIONS = 64,
@@ -29,6 +26,7 @@ brume_render_desc brume_render_desc_default(void) {
     desc.cookie = RENDER_COOKIE;
     desc.precision = BRUME_PRECISION_FLOAT;
     desc.guides = 1;
+    desc.error_estimate = 1;
     return desc;
 }
 
@@ -59,6 +57,22 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
     if (desc->use_indirect && !brume_indirect_name(desc->indirect))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: unknown indirect %d",
                           (int)desc->indirect);
+    if (!(desc->noise_threshold >= 0) || desc->noise_threshold > DBL_MAX)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_create: noise_threshold is %g; expected a relMSE above 0, or 0 for none",
+                          desc->noise_threshold);
+    if (!(desc->time_limit >= 0) || desc->time_limit > DBL_MAX)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_create: time_limit is %g; expected seconds above 0, or 0 for none",
+                          desc->time_limit);
+    if ((unsigned)desc->adaptive > BRUME_ADAPTIVE_ON)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: unknown adaptive %d",
+                          (int)desc->adaptive);
+    if (desc->first_sample &&
+        (desc->noise_threshold > 0 || desc->time_limit > 0 || desc->adaptive == BRUME_ADAPTIVE_ON))
+        return brume_fail(context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_create: a range of samples is fixed; it goes with no noise threshold, time "
+                          "limit or adaptive sampling");
     if (scene->context != context)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: the scene is another context's");
     if (!scene->has_sensor) return brume_fail(context, BRUME_ERROR_SCENE, "the scene has no sensor");
@@ -108,56 +122,6 @@ static brume_result upload_arrays(brume_render *render, const brume_arrays *a) {
         if (result != BRUME_OK) return result;
     }
     return BRUME_OK;
-}
-
-static brume_result create_film(brume_render *render) {
-    brume_device *device = render->device;
-    size_t planes = render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES;
-    size_t size = planes * brume_film_slot_count(&render->layout) * sizeof(float);
-    cl_int code;
-    cl_uint zero = 0;
-    render->planes = clCreateBuffer(device->cl, CL_MEM_READ_WRITE, size, NULL, &code);
-    if (code == CL_SUCCESS) code = clEnqueueFillBuffer(device->queue, render->planes, &zero, 4, 0, size, 0, NULL, NULL);
-    if (code == CL_SUCCESS)
-        render->bad = clCreateBuffer(device->cl, CL_MEM_READ_WRITE, BAD_SIZE * sizeof(cl_uint), NULL, &code);
-    if (code == CL_SUCCESS)
-        code = clEnqueueFillBuffer(device->queue, render->bad, &zero, 4, 0, BAD_SIZE * sizeof(cl_uint), 0, NULL, NULL);
-    if (code == CL_SUCCESS) code = clFinish(device->queue);
-    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating the film");
-    render->stats.device_bytes += size;
-    /* Without a pilot nobody looks at the plan. */
-    size = render->needs_pilot ? EVERY_LAMP * brume_film_slot_count(&render->layout) : 1;
-    render->plan = clCreateBuffer(device->cl, CL_MEM_READ_WRITE, size, NULL, &code);
-    if (code == CL_SUCCESS) code = clEnqueueFillBuffer(device->queue, render->plan, &zero, 1, 0, size, 0, NULL, NULL);
-    if (code == CL_SUCCESS) code = clFinish(device->queue);
-    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating the plan");
-    render->stats.device_bytes += size;
-    return BRUME_OK;
-}
-
-/* PoCL has other code for grids of 65535 and wider, and would generate it in the middle of the render. */
-#define WIDEST_GRID ((size_t)32768)
-
-/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, or lets the pilot look at them,
- * and waits. */
-static cl_int launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
-                     cl_uint is_pilot) {
-    cl_kernel kernel = brume_render_program_begin_launch(render);
-    size_t narrow = render->stats.lanes / render->program.lanes; /* groups of a narrower program in one of ours */
-    size_t at = group * narrow, end = (group + (size_t)groups) * narrow, local = render->local_size;
-    size_t most = render->device->info.is_gpu ? end : WIDEST_GRID;
-    cl_int code = CL_SUCCESS;
-    for (; at < end && code == CL_SUCCESS; at += most) {
-        size_t count = end - at < most ? end - at : most, global = (count + local - 1) / local * local;
-        cl_uint values[5] = {(cl_uint)at, (cl_uint)(at + count), first, samples, is_pilot};
-        for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
-            code = clSetKernelArg(kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof(cl_uint), &values[i]);
-        if (code == CL_SUCCESS)
-            code = clEnqueueNDRangeKernel(render->device->queue, kernel, 1, NULL, &global, &local, 0, NULL, NULL);
-    }
-    cl_int finished = clFinish(render->device->queue);
-    brume_render_program_end_launch(render);
-    return code == CL_SUCCESS ? finished : code;
 }
 
 /* Builds the program for what the scene calls for. */
@@ -226,6 +190,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                  brume_render **out) {
     if (!device) return BRUME_ERROR_ARGUMENT;
     brume_context *context = device->context;
+    double begin = brume_seconds();
     if (!scene || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: NULL argument");
     brume_render_desc desc = given ? *given : brume_render_desc_default();
     brume_result result = check_desc(context, device, scene, &desc);
@@ -243,7 +208,9 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
         brume_render_destroy(render);
         return result;
     }
-    if (desc.sample_count == 0) desc.sample_count = scene->integrator.sample_count;
+    int has_goal = desc.noise_threshold > 0 || desc.time_limit > 0;
+    if (desc.sample_count == 0) desc.sample_count = has_goal ? GOAL_SAMPLES : scene->integrator.sample_count;
+    if (has_goal || desc.adaptive == BRUME_ADAPTIVE_ON) desc.error_estimate = 1;
     if (desc.use_seed) arrays.params.seed = desc.seed;
     if (!desc.use_strategy) {
         desc.strategy = scene->integrator.strategy;
@@ -276,10 +243,19 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
         brume_render_destroy(render);
         return result;
     }
+    if (desc.error_estimate) {
+        result = brume_error_estimate_create(context, render->layout.width, render->layout.height,
+                                             arrays.params.sampler != SAMPLER_SOBOL, &render->estimate);
+        if (result != BRUME_OK) {
+            brume_arrays_free(&arrays);
+            brume_render_destroy(render);
+            return result;
+        }
+    }
     brume_info(context, "Uploading the scene");
     double start = brume_seconds();
     result = upload_arrays(render, &arrays);
-    if (result == BRUME_OK) result = create_film(render);
+    if (result == BRUME_OK) result = brume_render_create_film(render);
     double uploaded = brume_seconds();
     brume_info(context, "Building kernels, %u lanes wide, in %s", render->stats.lanes,
                desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");
@@ -291,6 +267,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
         brume_render_destroy(render);
         return result;
     }
+    render->create_seconds = brume_seconds() - begin;
     *out = render;
     return BRUME_OK;
 }
@@ -301,126 +278,15 @@ void brume_render_destroy(brume_render *render) {
     if (render->planes) clReleaseMemObject(render->planes);
     if (render->bad) clReleaseMemObject(render->bad);
     if (render->plan) clReleaseMemObject(render->plan);
+    if (render->schedule) clReleaseMemObject(render->schedule);
+    brume_error_estimate_free(&render->estimate);
+    brume_allocation_free(render->allocation);
+    free(render->done);
+    free(render->ends);
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++)
         if (render->buffers[i]) clReleaseMemObject(render->buffers[i]);
     brume_device_destroy(render->device);
     free(render);
-}
-
-void brume_render_cancel(brume_render *render) {
-    if (render) __atomic_store_n(&render->cancelled, 1, __ATOMIC_RELAXED);
-}
-
-/* Work in group-samples: one tile, one sample. */
-static double work_done(const brume_render *r) {
-    return (double)r->samples_done * r->layout.group_count + (double)r->pass_samples * r->groups_done;
-}
-
-static int report_progress(const brume_render *render, double start, double work_at_start,
-                           brume_progress_callback callback, void *user) {
-    double total = (double)render->desc.sample_count * render->layout.group_count, done = work_done(render);
-    brume_progress p;
-    p.seconds = brume_seconds() - start;
-    p.fraction = total > 0 ? done / total : 1;
-    p.seconds_left = done > work_at_start ? p.seconds * (total - done) / (done - work_at_start) : 0;
-    p.samples = (uint64_t)(done / render->layout.group_count * render->layout.width * render->layout.height);
-    return callback(user, &p);
-}
-
-/* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
- * as long there, would be measured as slower, and the next one would be smaller still. */
-static uint32_t launch_size(const brume_render *render, uint32_t samples) {
-    size_t least = render->device->info.compute_units * render->local_size;
-    double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
-    if (wanted < (double)least) wanted = (double)least;
-    return wanted < render->layout.group_count ? (uint32_t)wanted : render->layout.group_count;
-}
-
-static brume_result read_bad_samples(brume_render *render) {
-    cl_uint bad[BAD_SIZE];
-    cl_int code = clEnqueueReadBuffer(render->device->queue, render->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
-    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "reading the count of bad samples");
-    render->stats.bad_samples = bad[BAD_COUNT];
-    if (bad[BAD_COUNT]) {
-        render->stats.bad_pixel_x = bad[BAD_PIXEL] % render->stats.full_width;
-        render->stats.bad_pixel_y = bad[BAD_PIXEL] / render->stats.full_width;
-        render->stats.bad_sample = bad[BAD_SAMPLE];
-    }
-    return BRUME_OK;
-}
-
-/* One launch of the pilot, which takes about as long as a sample. */
-static brume_result run_pilot(brume_render *render) {
-    uint32_t left = render->layout.group_count - render->pilot_done;
-    uint32_t groups = launch_size(render, 1);
-    if (groups > left) groups = left;
-    double before = brume_seconds();
-    cl_int code = launch(render, render->pilot_done, groups, PILOT_SAMPLE, 1, 1);
-    double spent = brume_seconds() - before;
-    render->stats.pilot_seconds += spent;
-    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "rendering the pilot");
-    if (spent > 0) render->groups_per_second = (double)groups / spent;
-    render->pilot_done += groups;
-    return BRUME_OK;
-}
-
-brume_result brume_render_run(brume_render *render, brume_progress_callback callback, void *user) {
-    if (!render) return BRUME_ERROR_ARGUMENT;
-    double start = brume_seconds(), work_at_start = work_done(render), last_report = start;
-    brume_result result = BRUME_OK;
-    while (render->samples_done < render->desc.sample_count) {
-        if (__atomic_exchange_n(&render->cancelled, 0, __ATOMIC_RELAXED)) {
-            result = BRUME_CANCELLED;
-            break;
-        }
-        if (render->needs_pilot && render->pilot_done < render->layout.group_count) {
-            result = run_pilot(render);
-            if (result != BRUME_OK) return result;
-            continue;
-        }
-        if (render->pass_samples == 0) {
-            /* 1, 1, 2, 4, ...: a whole picture soon, then long passes. */
-            uint32_t left = render->desc.sample_count - render->samples_done;
-            uint32_t size = render->samples_done ? render->samples_done : 1;
-            size = size < MAX_PASS_SAMPLES ? size : MAX_PASS_SAMPLES;
-            render->pass_samples = size < left ? size : left;
-            render->groups_done = 0;
-        }
-        uint32_t left = render->layout.group_count - render->groups_done;
-        uint32_t groups = launch_size(render, render->pass_samples);
-        if (groups > left) groups = left;
-        double before = brume_seconds();
-        cl_int code = launch(render, render->groups_done, groups, render->desc.first_sample + render->samples_done,
-                             render->pass_samples, 0);
-        if (code != CL_SUCCESS) {
-            render->stats.render_seconds += brume_seconds() - start;
-            return brume_fail_cl(render->device->context, code, "rendering");
-        }
-        double now = brume_seconds(), spent = now - before;
-        if (spent > 0) render->groups_per_second = (double)groups * render->pass_samples / spent;
-        render->groups_done += groups;
-        if (render->groups_done == render->layout.group_count) {
-            render->samples_done += render->pass_samples;
-            render->pass_samples = 0;
-            render->groups_done = 0;
-        }
-        if (callback && now - last_report > 0.1) {
-            last_report = now;
-            if (report_progress(render, start, work_at_start, callback, user)) brume_render_cancel(render);
-        }
-    }
-    render->stats.render_seconds += brume_seconds() - start;
-    render->stats.complete = render->samples_done == render->desc.sample_count;
-    if (callback) report_progress(render, start, work_at_start, callback, user);
-    brume_result read = read_bad_samples(render);
-    if (read != BRUME_OK) return read;
-    if (render->stats.bad_samples)
-        brume_warn(render->device->context,
-                   "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u sample %u: "
-                   "please report this", (unsigned long long)render->stats.bad_samples,
-                   render->stats.bad_pixel_x, render->stats.bad_pixel_y, render->stats.bad_sample);
-    if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
-    return result;
 }
 
 brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out) {
@@ -428,10 +294,16 @@ brume_result brume_render_get_stats(const brume_render *render, brume_render_sta
     if (!out) return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "brume_render_get_stats: NULL argument");
     *out = render->stats;
     /* Exact when no pass is under way; within one, tiles at the edge count as full ones. */
-    out->samples = (uint64_t)render->samples_done * render->layout.width * render->layout.height;
+    uint64_t pixels = (uint64_t)render->layout.width * render->layout.height;
     uint64_t partial = (uint64_t)render->pass_samples * render->groups_done * render->stats.lanes;
-    uint64_t pass = (uint64_t)render->pass_samples * render->layout.width * render->layout.height;
-    out->samples += partial < pass ? partial : pass;
+    uint64_t pass = (uint64_t)render->pass_samples * pixels;
+    out->samples = partial < pass ? partial : pass;
+    if (!render->ends) out->samples += render->samples_done * pixels;
+    for (uint64_t i = 0; render->ends && i < pixels; i++) out->samples += render->done[i];
+    out->relmse = render->error.known ? render->error.relmse : -1;
+    out->relmse_low = render->error.known ? render->error.low : -1;
+    out->relmse_high = render->error.known ? render->error.high : -1;
+    out->order = render->error.known ? render->error.order : -1;
     return BRUME_OK;
 }
 
@@ -439,6 +311,7 @@ static int channel_size(brume_channel channel) {
     switch (channel) {
     case BRUME_CHANNEL_RADIANCE:
     case BRUME_CHANNEL_VARIANCE:
+    case BRUME_CHANNEL_ERROR:
     case BRUME_CHANNEL_ALBEDO:
     case BRUME_CHANNEL_NORMAL: return 3;
     case BRUME_CHANNEL_DEPTH:
@@ -461,16 +334,19 @@ brume_result brume_render_read(brume_render *render, brume_channel channel, floa
                 channel == BRUME_CHANNEL_DEPTH || channel == BRUME_CHANNEL_ALPHA;
     if (guide && !render->desc.guides)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record guides");
-    size_t planes = render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES;
-    size_t size = planes * brume_film_slot_count(&render->layout) * sizeof(float);
-    float *data = malloc(size);
-    if (!data) return brume_fail(context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
-    cl_int code = clEnqueueReadBuffer(render->device->queue, render->planes, CL_TRUE, 0, size, data, 0, NULL, NULL);
-    brume_result result = BRUME_OK;
-    if (code == CL_SUCCESS)
+    float *data = NULL, *counts = NULL;
+    brume_result result =
+        brume_render_read_planes(render, render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES, &data);
+    if (result == BRUME_OK && channel == BRUME_CHANNEL_ERROR && render->error.known) {
+        counts = malloc(needed / 3 * sizeof *counts);
+        if (counts) brume_film_resolve(&render->layout, data, 1, BRUME_CHANNEL_SAMPLE_COUNT, counts);
+        if (!counts || !brume_error_estimate_variance(&render->estimate, counts, out))
+            result = brume_fail(context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
+    } else if (result == BRUME_OK) {
+        if (channel == BRUME_CHANNEL_ERROR) channel = BRUME_CHANNEL_VARIANCE; /* all there is */
         brume_film_resolve(&render->layout, data, render->params.filter_weight, channel, out);
-    else
-        result = brume_fail_cl(context, code, "reading the film");
+    }
     free(data);
+    free(counts);
     return result;
 }

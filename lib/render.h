@@ -6,6 +6,14 @@
 #include "device.h"
 #include "film.h"
 #include "render_program.h"
+#include "sample_allocation.h"
+
+/* When the goal is reached, by what is known so far. */
+typedef struct brume_prediction {
+    int known;
+    double seconds, low, high; /* of brume_render_run in all; with a time limit, the limit */
+    double relmse;             /* of the picture then */
+} brume_prediction;
 
 struct brume_render {
     brume_device *device; /* retained */
@@ -18,17 +26,58 @@ struct brume_render {
     brume_render_program program;
     size_t local_size;
 
-    /* Progress through the sample range, in passes over the film; a pass in groups. */
-    uint32_t samples_done;  /* per pixel, in whole passes */
-    uint32_t pass_samples;  /* of the pass under way, 0 between passes */
-    uint32_t groups_done;   /* of it */
-    int needs_pilot;        /* STRATEGY_AUTO has lamps in a medium to make a plan for */
-    uint32_t pilot_done;    /* groups */
+    /* Progress, in stages that end at a number of samples for each pixel; a stage in passes over the film, a pass in
+     * groups. */
+    uint32_t stage_end;       /* samples of the pixel with most, when the stage is done */
+    uint32_t samples_done;    /* of each pixel whose end is not below, in whole passes */
+    uint32_t pass_samples;    /* of the pass under way, 0 between passes */
+    uint32_t pass_groups;     /* that take part in it */
+    uint32_t groups_done;     /* of them */
+    double work;              /* group-samples done */
+    double create_seconds;    /* that brume_render_create took: they count for the time limit */
+    int finished;             /* nothing is left to do: the samples are done, or the goal is reached */
+    int needs_pilot;          /* STRATEGY_AUTO has lamps in a medium to make a plan for */
+    uint32_t pilot_done;      /* groups */
     double groups_per_second; /* times samples; 0 unknown */
-    int cancelled;          /* written from any thread, atomically */
+    int cancelled;            /* written from any thread, atomically */
+
+    /* Adaptive sampling: per pixel, samples done and to be done; NULL while all pixels are alike. */
+    uint32_t *done, *ends;
+    brume_allocation *allocation; /* made of the latest estimate */
+    cl_mem schedule;
+
+    brume_error_estimate estimate;
+    brume_error_result error; /* by the latest estimate */
+    int looked;               /* that is of the film as it is */
+    brume_prediction prediction;
 
     brume_render_stats stats;
     float world_to_camera[16];
 };
+
+/* ---- render_launch.c: the film, the plan and the kernel's launches ---- */
+
+brume_result brume_render_create_film(brume_render *render);
+
+/* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, and waits. mode: LAUNCH_ bits. */
+cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
+                           cl_uint mode);
+
+/* The film's sums as they are: FILM_PLANES planes, with the guides FILM_GUIDE_PLANES, malloc'ed. */
+brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
+
+/* ---- render_goal.c: what comes next ---- */
+
+/* Whether there is a target error, a time limit, or freedom to give some pixels more samples than others. */
+int brume_goal_exists(const brume_render *render);
+
+/* Looks at the film after a pass that brought pixels to `samples` samples: the estimate of its error. */
+brume_result brume_goal_look(brume_render *render, uint32_t samples);
+
+/* Brings the estimate up to a film whose pixels don't all hold a power of two samples. */
+brume_result brume_goal_last_look(brume_render *render);
+
+/* Decides on the next stage; sets `finished` if there is none. `seconds`: of the run so far. */
+brume_result brume_goal_next_stage(brume_render *render, double seconds);
 
 #endif

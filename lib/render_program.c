@@ -31,7 +31,7 @@ static int state_of(brume_render_program *p) { return __atomic_load_n(&p->state,
 static cl_int make_kernel(const brume_render_program *p, cl_program program, cl_kernel *out) {
     cl_int code;
     cl_kernel kernel = clCreateKernel(program, "render_paths", &code);
-    for (cl_uint i = 0; i < BRUME_SCENE_BUFFERS + 3 && code == CL_SUCCESS; i++)
+    for (cl_uint i = 0; i < BRUME_KERNEL_BUFFERS && code == CL_SUCCESS; i++)
         code = clSetKernelArg(kernel, i, sizeof(cl_mem), &p->arguments[i]);
     if (code == CL_SUCCESS)
         *out = kernel;
@@ -45,7 +45,7 @@ static cl_int warm_up(cl_command_queue queue, cl_kernel kernel, size_t local) {
     const cl_uint values[5] = {0, 1, 0, 0, 0};
     cl_int code = CL_SUCCESS;
     for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
-        code = clSetKernelArg(kernel, BRUME_SCENE_BUFFERS + 3 + i, sizeof values[i], &values[i]);
+        code = clSetKernelArg(kernel, BRUME_KERNEL_BUFFERS + i, sizeof values[i], &values[i]);
     pthread_rwlock_rdlock(&launching);
     if (code == CL_SUCCESS) code = clEnqueueNDRangeKernel(queue, kernel, 1, NULL, &local, &local, 0, NULL, NULL);
     if (code == CL_SUCCESS) code = clFinish(queue);
@@ -157,6 +157,7 @@ brume_result brume_render_program_start(brume_render *render, uint32_t features,
     p->arguments[BRUME_SCENE_BUFFERS] = render->planes;
     p->arguments[BRUME_SCENE_BUFFERS + 1] = render->bad;
     p->arguments[BRUME_SCENE_BUFFERS + 2] = render->plan;
+    p->arguments[BRUME_SCENE_BUFFERS + 3] = render->schedule;
     BRUME_TRY(make_source(render, features, stack_size, render->stats.lanes, &p->source));
     p->folder = brume_program_cache_folder();
     if (open_cached(render)) return BRUME_OK;

@@ -10,7 +10,10 @@
 
 #include "program.h"
 
-enum { BRUME_SCENE_BUFFERS = 19 }; /* the kernel parameters of cl/scene.h */
+enum {
+    BRUME_SCENE_BUFFERS = 19, /* the kernel parameters of cl/scene.h */
+    BRUME_KERNEL_BUFFERS = BRUME_SCENE_BUFFERS + 4 /* and planes, bad, plan, schedule */
+};
 
 typedef struct brume_render_program {
     cl_program program;  /* what launches run at present */
@@ -19,7 +22,7 @@ typedef struct brume_render_program {
 
     brume_program_source source; /* of the wide program */
     char *folder;                /* of the cache; NULL: there is none, or the program came from it */
-    cl_mem arguments[BRUME_SCENE_BUFFERS + 3];
+    cl_mem arguments[BRUME_KERNEL_BUFFERS];
 
     /* The thread that builds the wide program; `wide` and its kernel are its own until state says otherwise. */
     pthread_t thread;

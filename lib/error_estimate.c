@@ -1,0 +1,230 @@
+/* error_estimate.c -- see error_estimate.h. */
+#include "error_estimate.h"
+
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#define MIN_ORDER 1.0 /* scrambled points are never much worse than independent ones */
+#define MAX_ORDER 4.0 /* smooth integrands: 3, and some room for what the ratio of two estimates does */
+
+/* So many samples make two differences that mean something. */
+enum { FIRST_LEVEL = 3, RADIUS = 2 };
+
+/* Pixels at one level are too few, sometimes, to tell an order; all others then count a little, too. */
+#define SHARED 0.05
+
+brume_result brume_error_estimate_create(brume_context *context, uint32_t width, uint32_t height, int independent,
+                                         brume_error_estimate *out) {
+    size_t pixels = (size_t)width * height;
+    brume_error_estimate e = {.width = width, .height = height, .independent = independent};
+    e.mean = calloc(3 * pixels, sizeof *e.mean);
+    e.last = calloc(3 * pixels, sizeof *e.last);
+    e.before = calloc(3 * pixels, sizeof *e.before);
+    e.level = calloc(pixels, sizeof *e.level);
+    if (!e.mean || !e.last || !e.before || !e.level) {
+        brume_error_estimate_free(&e);
+        return brume_fail(context, BRUME_ERROR_MEMORY, "estimating the error: out of memory");
+    }
+    *out = e;
+    return BRUME_OK;
+}
+
+void brume_error_estimate_free(brume_error_estimate *e) {
+    free(e->mean);
+    free(e->last);
+    free(e->before);
+    free(e->level);
+    memset(e, 0, sizeof *e);
+}
+
+void brume_error_estimate_update(brume_error_estimate *e, const float *mean, const float *count, int level) {
+    size_t pixels = (size_t)e->width * e->height;
+    float samples = ldexpf(1, level);
+    for (size_t i = 0; i < pixels; i++) {
+        /* Dropped samples (NaN) leave a pixel a few short of it. */
+        if (count[i] > samples || count[i] <= 0.5f * samples) continue;
+        if (level > 0 && e->level[i] >= level) continue; /* seen before */
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            float d = mean[c] - e->mean[c];
+            e->before[c] = e->last[c];
+            e->last[c] = d * d;
+            e->mean[c] = mean[c];
+        }
+        e->level[i] = (uint8_t)level;
+    }
+}
+
+double brume_error_estimate_growth(uint32_t n, double order) {
+    if (n == 0) return 0;
+    uint32_t block = 1;
+    while (block <= n / 2) block *= 2;
+    double sum = 0, first = block;
+    for (uint32_t left = n; left > 0; left -= block) {
+        while (block > left) block /= 2;
+        double share = (double)block / n;
+        sum += share * share * pow(first / block, order);
+    }
+    return sum;
+}
+
+static uint32_t line_first(uint32_t i) { return i < RADIUS ? 0 : i - RADIUS; }
+
+static uint32_t line_last(uint32_t i, uint32_t count) { return i + RADIUS < count ? i + RADIUS : count - 1; }
+
+int brume_box_sums(const float *values, uint32_t width, uint32_t height, float *sums, float *inside) {
+    size_t row = 3 * (size_t)width;
+    float *rows = calloc(row * height, sizeof *rows);
+    if (!rows) return 0;
+    for (uint32_t y = 0; y < height; y++) {
+        const float *in = values + y * row;
+        float *out = rows + y * row;
+        for (uint32_t x = 0; x < width; x++)
+            for (size_t i = 3 * line_first(x); i <= 3 * line_last(x, width); i += 3)
+                for (size_t c = 0; c < 3; c++) out[3 * x + c] += in[i + c];
+    }
+    for (uint32_t y = 0; y < height; y++) {
+        float *out = sums + y * row;
+        memset(out, 0, row * sizeof *out);
+        for (uint32_t j = line_first(y); j <= line_last(y, height); j++)
+            for (size_t i = 0; i < row; i++) out[i] += rows[j * row + i];
+        float lines = (float)(line_last(y, height) - line_first(y) + 1);
+        for (uint32_t x = 0; x < width; x++)
+            inside[(size_t)y * width + x] = lines * (float)(line_last(x, width) - line_first(x) + 1);
+    }
+    free(rows);
+    return 1;
+}
+
+float *brume_error_estimate_weights(const brume_error_estimate *e) {
+    size_t pixels = (size_t)e->width * e->height, values = 3 * pixels;
+    float *mean = malloc(values * sizeof *mean), *square = malloc(values * sizeof *square);
+    float *noise = malloc(values * sizeof *noise), *inside = malloc(pixels * sizeof *inside);
+    int done = mean && square && noise && inside;
+    double total = 0;
+    for (size_t i = 0; i < values && done; i++) {
+        noise[i] = e->mean[i] * e->mean[i];
+        total += e->mean[i];
+    }
+    done = done && brume_box_sums(e->mean, e->width, e->height, mean, inside) &&
+           brume_box_sums(noise, e->width, e->height, square, inside) &&
+           brume_box_sums(e->last, e->width, e->height, noise, inside);
+    double all = total / (double)values, floor = 0.01 * all * all;
+    for (size_t i = 0; i < pixels && done; i++)
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            double box = (double)mean[c] / inside[i];
+            double spread = (double)square[c] / inside[i] - box * box;
+            double share = spread > 0 ? fmax(1 - noise[c] / inside[i] / spread, 0) : 0;
+            double r = box + share * (e->mean[c] - box);
+            /* The square of what is noisy is too large by its variance, here about half of the last difference. */
+            double weight = fmax(r * r - share * share * 0.5 * e->last[c], 0) + floor;
+            mean[c] = weight > 0 ? (float)(1 / weight) : 0;
+        }
+    free(square);
+    free(noise);
+    free(inside);
+    if (done) return mean;
+    free(mean);
+    return NULL;
+}
+
+/* What the pixels at each level have in common. */
+typedef struct level_sums {
+    double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences */
+    double ratio[BRUME_ERROR_LEVELS];                            /* 2^order */
+} level_sums;
+
+static double ratio_of(const brume_error_estimate *e, double before, double last) {
+    double ratio = last > 0 ? before / last : 2;
+    if (e->independent || !(ratio > 2)) return 2; /* 2^MIN_ORDER */
+    return ratio < 16 ? ratio : 16;               /* 2^MAX_ORDER */
+}
+
+static void sum_levels(const brume_error_estimate *e, const float *weights, level_sums *s) {
+    size_t pixels = (size_t)e->width * e->height;
+    double last = 0, before = 0;
+    memset(s, 0, sizeof *s);
+    for (size_t i = 0; i < pixels; i++) {
+        int level = e->level[i];
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            double w = weights ? weights[c] : 1;
+            s->last[level] += w * e->last[c];
+            s->before[level] += w * e->before[c];
+        }
+    }
+    for (int k = 0; k < BRUME_ERROR_LEVELS; k++) {
+        last += s->last[k];
+        before += s->before[k];
+    }
+    for (int k = 0; k < BRUME_ERROR_LEVELS; k++)
+        s->ratio[k] = ratio_of(e, s->before[k] + SHARED * before, s->last[k] + SHARED * last);
+}
+
+brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, const float *count) {
+    brume_error_result r = {0};
+    level_sums s;
+    size_t pixels = (size_t)e->width * e->height;
+    for (size_t i = 0; i < pixels; i++)
+        if (e->level[i] < FIRST_LEVEL) return r;
+    float *weights = brume_error_estimate_weights(e);
+    if (!weights) return r;
+    sum_levels(e, weights, &s);
+    double sum = 0, influences = 0, squares = 0, orders = 0;
+    uint32_t grown_n = 0;
+    int grown_level = -1;
+    double growth = 1;
+    for (size_t i = 0; i < pixels; i++) {
+        int level = e->level[i];
+        double last = 0, before = 0, ratio = s.ratio[level];
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            last += (double)weights[c] * e->last[c];
+            before += (double)weights[c] * e->before[c];
+        }
+        uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
+        if (n != grown_n || level != grown_level) {
+            growth = brume_error_estimate_growth(n, log2(ratio));
+            grown_n = n;
+            grown_level = level;
+        }
+        double error = growth * last / (ratio - 1);
+        sum += error;
+        orders += error * log2(ratio);
+        /* The derivative of the estimate by this pixel's differences, times those: S^2 / (B - S) where the order is
+         * estimated as well. */
+        double influence = error;
+        if (ratio > 2 && ratio < 16) influence -= growth * (before - ratio * last) / ((ratio - 1) * (ratio - 1));
+        influences += influence;
+        squares += influence * influence;
+    }
+    free(weights);
+    double n = (double)pixels, variance = squares - influences * influences / n;
+    double deviation = sum > 0 && variance > 0 ? sqrt(variance) / sum : 0;
+    r.known = 1;
+    r.relmse = sum / (3 * n);
+    r.low = r.relmse * exp(-1.96 * deviation);
+    r.high = r.relmse * exp(1.96 * deviation);
+    r.order = sum > 0 ? orders / sum : MIN_ORDER;
+    return r;
+}
+
+int brume_error_estimate_variance(const brume_error_estimate *e, const float *count, float *out) {
+    size_t pixels = (size_t)e->width * e->height;
+    level_sums s;
+    float *inside = malloc(pixels * sizeof *inside), *scaled = calloc(3 * pixels, sizeof *scaled);
+    int done = inside && scaled;
+    if (done) {
+        sum_levels(e, NULL, &s);
+        for (size_t i = 0; i < pixels; i++) {
+            double ratio = s.ratio[e->level[i]];
+            uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
+            float scale = (float)(brume_error_estimate_growth(n, log2(ratio)) / (ratio - 1));
+            for (size_t c = 3 * i; c < 3 * i + 3; c++) scaled[c] = scale * e->last[c];
+        }
+        done = brume_box_sums(scaled, e->width, e->height, out, inside);
+    }
+    for (size_t i = 0; i < pixels && done; i++)
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) out[c] /= inside[i];
+    free(inside);
+    free(scaled);
+    return done;
+}

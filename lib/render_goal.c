@@ -1,0 +1,227 @@
+/* render_goal.c -- when a render is done, and what it does until then.
+ *
+ * All pixels start alike, and their samples are doubled until the picture's error can be told (error_estimate.h). With
+ * a target, a limit or a budget in view samples are then placed where the error is (sample_allocation.h), in stages:
+ * each looks ahead by not more than a factor of STAGE, because what lies further is another order of convergence, and
+ * ends with a new estimate. Decisions depend on the film alone, never on time, except with a time limit.
+ */
+#include <math.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "render.h"
+
+enum {
+    FIRST_STAGE = 8,            /* samples per pixel */
+    LEAST_SAMPLES = 16,         /* before an estimate is believed so far as to stop at it */
+    MOST_SAMPLES = 1 << 20      /* of one pixel, in adaptive sampling */
+};
+
+/* How much a stage of adaptive sampling lowers the error, or raises the samples, at most. */
+#define STAGE 4.0
+
+/* Orders fall as samples grow: what is smooth has converged then, and what is noise remains. Seen with 16 samples,
+ * (p - 1) is too large for the next hundred by a third or so (measured by `make estimates`). */
+#define ORDER_KEPT 0.65
+
+/* Adaptive sampling has to promise this much to be used: its launches are less even. */
+#define WORTHWHILE 1.15
+
+int brume_goal_exists(const brume_render *r) {
+    return r->desc.noise_threshold > 0 || r->desc.time_limit > 0 || r->desc.adaptive == BRUME_ADAPTIVE_ON;
+}
+
+static int may_adapt(const brume_render *r) {
+    return r->desc.adaptive != BRUME_ADAPTIVE_OFF && brume_goal_exists(r);
+}
+
+/* What the time limit leaves to brume_render_run. */
+static double run_limit(const brume_render *r) { return r->desc.time_limit - r->create_seconds; }
+
+/* Samples per pixel so far, on average, as groups pay for them. */
+static double mean_samples(const brume_render *r) { return r->work / r->layout.group_count; }
+
+/* How the error will fall from here on. */
+static double order_ahead(const brume_render *r) { return 1 + ORDER_KEPT * (r->error.order - 1); }
+
+static double uniform_samples_for(const brume_render *r, double relmse) {
+    return mean_samples(r) * fmax(1, pow(r->error.relmse / relmse, 1 / order_ahead(r)));
+}
+
+/* The picture's error over what its pixels' surroundings add up to. */
+static double calibration(const brume_render *r) {
+    double samples, relmse;
+    brume_allocation_predict(r->allocation, 0, &samples, &relmse);
+    return relmse > 0 ? r->error.relmse / relmse : 1;
+}
+
+/* The mean samples per pixel that a relMSE takes, from the state of the film. */
+static double samples_for(const brume_render *r, double relmse) {
+    double uniform = uniform_samples_for(r, relmse), samples, reached, off;
+    if (!r->allocation) return uniform;
+    off = calibration(r);
+    brume_allocation_predict(r->allocation, brume_allocation_for_error(r->allocation, relmse / off), &samples,
+                             &reached);
+    return !r->ends && (reached * off > relmse || samples * WORTHWHILE > uniform) ? uniform : samples;
+}
+
+static double relmse_after(const brume_render *r, double samples) {
+    double ratio = samples / mean_samples(r), used, adapted;
+    double uniform = r->error.relmse * pow(ratio > 1 ? ratio : 1, -order_ahead(r));
+    if (!r->allocation) return uniform;
+    brume_allocation_predict(r->allocation, brume_allocation_for_samples(r->allocation, samples), &used, &adapted);
+    adapted *= calibration(r);
+    return r->ends || adapted < uniform ? adapted : uniform;
+}
+
+static void predict(brume_render *r, double seconds) {
+    const brume_render_desc *d = &r->desc;
+    brume_prediction *p = &r->prediction;
+    double work = mean_samples(r);
+    if (!r->error.known || !(seconds > 0) || !(work > 0)) return;
+    double rate = work / seconds;
+    p->known = 1;
+    if (d->noise_threshold > 0) {
+        /* The estimate may be off by its confidence interval either way: then the target is as far off. */
+        double e = d->noise_threshold, samples = samples_for(r, e);
+        p->seconds = fmax(seconds, samples / rate);
+        p->low = fmax(seconds, samples_for(r, e * r->error.relmse / r->error.low) / rate);
+        p->high = fmax(p->seconds, samples_for(r, e * r->error.relmse / r->error.high) / rate);
+        p->relmse = fmin(e, r->error.relmse);
+        if (!(d->time_limit > 0) || p->seconds <= run_limit(r)) return;
+    }
+    double samples = d->time_limit > 0 ? fmin(rate * run_limit(r), d->sample_count) : d->sample_count;
+    p->seconds = p->low = p->high = samples / rate;
+    p->relmse = relmse_after(r, samples);
+}
+
+/* The film's mean and sample count, malloc'ed. */
+static brume_result read_film(brume_render *r, float **mean, float **count) {
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    float *planes = NULL;
+    *mean = malloc(3 * pixels * sizeof **mean);
+    *count = malloc(pixels * sizeof **count);
+    brume_result result = BRUME_OK;
+    if (!*mean || !*count)
+        result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "estimating the error: out of memory");
+    if (result == BRUME_OK) result = brume_render_read_planes(r, FILM_PLANES, &planes);
+    if (result == BRUME_OK) {
+        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_RADIANCE, *mean);
+        brume_film_resolve(&r->layout, planes, r->params.filter_weight, BRUME_CHANNEL_SAMPLE_COUNT, *count);
+    }
+    free(planes);
+    return result;
+}
+
+brume_result brume_goal_look(brume_render *r, uint32_t samples) {
+    /* Ranges that start elsewhere are not nets. */
+    if (r->desc.first_sample % samples != 0 || (samples & (samples - 1)) != 0) return BRUME_OK;
+    float *mean, *count;
+    brume_result result = read_film(r, &mean, &count);
+    if (result == BRUME_OK) {
+        int level = 0;
+        while (1u << level < samples) level++;
+        brume_error_estimate_update(&r->estimate, mean, count, level);
+        /* Within an adaptive stage most pixels are as they were. */
+        r->looked = !r->ends || r->samples_done >= r->stage_end;
+        if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
+        if (may_adapt(r) && r->looked && r->error.known) {
+            brume_allocation_free(r->allocation);
+            r->allocation = brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, order_ahead(r),
+                                                    MOST_SAMPLES);
+            if (!r->allocation)
+                result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
+        }
+    }
+    free(mean);
+    free(count);
+    return result;
+}
+
+brume_result brume_goal_last_look(brume_render *r) {
+    if (r->looked || !r->error.known) return BRUME_OK;
+    float *mean, *count;
+    brume_result result = read_film(r, &mean, &count);
+    if (result == BRUME_OK) r->error = brume_error_estimate_picture(&r->estimate, count);
+    free(mean);
+    free(count);
+    return result;
+}
+
+/* Samples are placed by the allocation from now on. */
+static brume_result start_adapting(brume_render *r) {
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    r->done = malloc(pixels * sizeof *r->done);
+    r->ends = malloc(pixels * sizeof *r->ends);
+    if (!r->done || !r->ends) {
+        free(r->done);
+        free(r->ends);
+        r->done = r->ends = NULL;
+        return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
+    }
+    for (size_t i = 0; i < pixels; i++) r->done[i] = r->ends[i] = r->samples_done;
+    r->stats.adaptive = 1;
+    return BRUME_OK;
+}
+
+/* A stage that brings some pixels more samples, or the end. */
+static void next_adaptive_stage(brume_render *r, double budget) {
+    const brume_render_desc *d = &r->desc;
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    double now, error, then;
+    brume_allocation_predict(r->allocation, 0, &now, &error);
+    int most = brume_allocation_for_samples(r->allocation, budget - mean_samples(r) + now);
+    int detail = brume_allocation_for_samples(r->allocation, STAGE * now);
+    if (d->noise_threshold > 0) {
+        double wanted = fmax(d->noise_threshold / r->error.relmse, 1 / STAGE) * error;
+        detail = brume_allocation_for_error(r->allocation, wanted);
+    }
+    if (detail > most) detail = most;
+    brume_allocation_predict(r->allocation, detail, &then, &error);
+    if (then <= now) {
+        r->finished = 1;
+        return;
+    }
+    brume_allocation_counts(r->allocation, detail, r->ends);
+    uint32_t lowest = UINT32_MAX;
+    for (size_t i = 0; i < pixels; i++) {
+        if (r->ends[i] > r->stage_end) r->stage_end = r->ends[i];
+        if (r->done[i] < r->ends[i] && r->done[i] < lowest) lowest = r->done[i];
+    }
+    r->samples_done = lowest < UINT32_MAX ? lowest : r->stage_end;
+}
+
+brume_result brume_goal_next_stage(brume_render *r, double seconds) {
+    const brume_render_desc *d = &r->desc;
+    uint32_t most = d->sample_count;
+    if (!brume_goal_exists(r)) {
+        r->finished = r->samples_done >= most;
+        r->stage_end = most;
+        return BRUME_OK;
+    }
+    double work = mean_samples(r), budget = most;
+    if (d->time_limit > 0 && seconds > 0 && work > 0) budget = fmin(most, work / seconds * run_limit(r));
+    predict(r, seconds);
+    int reached = d->noise_threshold > 0 && r->error.known && r->error.relmse <= d->noise_threshold;
+    if ((reached && r->stage_end >= LEAST_SAMPLES) ||
+        (d->time_limit > 0 && seconds >= run_limit(r)) || work >= most || (!r->ends && r->samples_done >= most)) {
+        r->finished = 1;
+        return BRUME_OK;
+    }
+    if (!r->ends && r->error.known && may_adapt(r) && r->allocation) {
+        int pays = d->noise_threshold > 0 &&
+                   samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
+        pays |= relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -order_ahead(r));
+        if (d->adaptive == BRUME_ADAPTIVE_ON || pays) {
+            brume_result result = start_adapting(r);
+            if (result != BRUME_OK) return result;
+        }
+    }
+    if (r->ends) {
+        next_adaptive_stage(r, budget);
+    } else {
+        uint32_t next = r->samples_done ? 2 * r->samples_done : FIRST_STAGE;
+        r->stage_end = next < most ? next : most;
+    }
+    return BRUME_OK;
+}

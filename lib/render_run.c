@@ -1,0 +1,220 @@
+/* render_run.c -- the loop of a render: pilot, stages, passes, launches, progress.
+ *
+ * Work is cut into passes over the film of a few samples each, and a pass into launches sized by time, so that
+ * progress, cancelling and GPU watchdogs work. How it is cut never changes the film (cl/film.h). What the passes lead
+ * up to is render_goal.c's to decide.
+ */
+#include <stdlib.h>
+#include <string.h>
+
+#include "clock.h"
+#include "render.h"
+
+#define LAUNCH_SECONDS 0.05
+enum { MAX_PASS_SAMPLES = 16 }; /* enough for lanes to take turns, few enough for a picture that fills evenly */
+
+void brume_render_cancel(brume_render *render) {
+    if (render) __atomic_store_n(&render->cancelled, 1, __ATOMIC_RELAXED);
+}
+
+/* A run, from one call to the next. */
+typedef struct run {
+    double start, work_at_start, last_report;
+    brume_progress_callback callback;
+    void *user;
+} run;
+
+static double spent(const brume_render *render, const run *now) {
+    return render->stats.render_seconds + brume_seconds() - now->start;
+}
+
+static int report_progress(const brume_render *r, const run *now) {
+    brume_progress p;
+    memset(&p, 0, sizeof p);
+    double total = (double)r->desc.sample_count * r->layout.group_count, seconds = spent(r, now);
+    p.seconds = brume_seconds() - now->start;
+    p.fraction = total > 0 ? r->work / total : 1;
+    p.seconds_left =
+        r->work > now->work_at_start ? p.seconds * (total - r->work) / (r->work - now->work_at_start) : 0;
+    p.relmse = r->error.known ? r->error.relmse : -1;
+    p.relmse_low = r->error.known ? r->error.low : -1;
+    p.relmse_high = r->error.known ? r->error.high : -1;
+    p.predicted_seconds = p.predicted_low = p.predicted_high = p.predicted_relmse = -1;
+    const brume_prediction *soon = &r->prediction;
+    if (soon->known) {
+        p.predicted_seconds = soon->seconds;
+        p.predicted_low = soon->low;
+        p.predicted_high = soon->high;
+        p.predicted_relmse = soon->relmse;
+        p.seconds_left = soon->seconds - seconds;
+    } else if (r->desc.time_limit > 0) {
+        p.seconds_left = r->desc.time_limit - r->create_seconds - seconds;
+    }
+    if (p.seconds_left < 0 || r->finished) p.seconds_left = 0;
+    if (brume_goal_exists(r)) p.fraction = seconds + p.seconds_left > 0 ? seconds / (seconds + p.seconds_left) : 1;
+    if (r->finished) p.fraction = 1;
+    brume_render_stats stats;
+    brume_render_get_stats(r, &stats);
+    p.samples = stats.samples;
+    return now->callback(now->user, &p);
+}
+
+/* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
+ * as long there, would be measured as slower, and the next one would be smaller still. */
+static uint32_t launch_size(const brume_render *render, uint32_t samples, uint32_t left) {
+    size_t least = render->device->info.compute_units * render->local_size;
+    double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
+    if (wanted < (double)least) wanted = (double)least;
+    return wanted < left ? (uint32_t)wanted : left;
+}
+
+static brume_result read_bad_samples(brume_render *render) {
+    cl_uint bad[BAD_SIZE];
+    cl_int code = clEnqueueReadBuffer(render->device->queue, render->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "reading the count of bad samples");
+    render->stats.bad_samples = bad[BAD_COUNT];
+    if (bad[BAD_COUNT]) {
+        render->stats.bad_pixel_x = bad[BAD_PIXEL] % render->stats.full_width;
+        render->stats.bad_pixel_y = bad[BAD_PIXEL] / render->stats.full_width;
+        render->stats.bad_sample = bad[BAD_SAMPLE];
+    }
+    return BRUME_OK;
+}
+
+/* One launch of the pilot, which takes about as long as a sample. */
+static brume_result run_pilot(brume_render *render) {
+    uint32_t groups = launch_size(render, 1, render->layout.group_count - render->pilot_done);
+    double before = brume_seconds();
+    cl_int code = brume_render_launch(render, render->pilot_done, groups, PILOT_SAMPLE, 1, LAUNCH_PILOT);
+    double seconds = brume_seconds() - before;
+    render->stats.pilot_seconds += seconds;
+    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "rendering the pilot");
+    if (seconds > 0) render->groups_per_second = (double)groups / seconds;
+    render->pilot_done += groups;
+    return BRUME_OK;
+}
+
+/* Tells the kernel which tiles take part in the pass from samples_done on, and where each of their pixels ends: none
+ * that has more samples already, or is to have none. */
+static brume_result write_schedule(brume_render *r) {
+    brume_context *context = r->device->context;
+    const brume_film_layout *l = &r->layout;
+    size_t slots = brume_film_slot_count(l), size = (l->group_count + slots) * sizeof(cl_int);
+    cl_int *schedule = calloc(1, size), *ends = schedule + l->group_count;
+    if (!schedule) return brume_fail(context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
+    for (uint32_t y = 0; y < l->height; y++)
+        for (uint32_t x = 0; x < l->width; x++) {
+            size_t i = (size_t)y * l->width + x;
+            if (r->done[i] == r->samples_done && r->ends[i] > r->done[i])
+                ends[brume_film_slot_of(l, x, y)] = (cl_int)(r->desc.first_sample + r->ends[i]);
+        }
+    size_t lanes = slots / l->group_count;
+    r->pass_groups = 0;
+    for (uint32_t group = 0; group < l->group_count; group++) {
+        int wanted = 0;
+        for (size_t k = group * lanes; k < (group + 1) * lanes; k++) wanted |= ends[k] != 0;
+        if (wanted) schedule[r->pass_groups++] = (cl_int)group;
+    }
+    cl_int code =
+        clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, size, schedule, 0, NULL, NULL);
+    free(schedule);
+    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(context, code, "placing samples");
+}
+
+/* 1, 1, 2, 4, ...: a whole picture soon, then long passes; never across a power of two, where the error is taken. */
+static brume_result begin_pass(brume_render *r) {
+    uint32_t left = r->stage_end - r->samples_done, power = 1;
+    while (power <= r->samples_done) power *= 2;
+    uint32_t size = r->samples_done ? power - r->samples_done : 1;
+    size = size < MAX_PASS_SAMPLES ? size : MAX_PASS_SAMPLES;
+    r->pass_samples = size < left ? size : left;
+    r->pass_groups = r->layout.group_count;
+    r->groups_done = 0;
+    return r->ends ? write_schedule(r) : BRUME_OK;
+}
+
+/* Moves on to the least samples that some pixel has while it is to have more. */
+static void end_adaptive_pass(brume_render *r) {
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    uint32_t next = r->stage_end;
+    for (size_t i = 0; i < pixels; i++) {
+        if (r->done[i] == r->samples_done && r->ends[i] > r->done[i]) r->done[i] += r->pass_samples;
+        if (r->done[i] < r->ends[i] && r->done[i] < next) next = r->done[i];
+    }
+    r->samples_done = next;
+}
+
+static brume_result end_pass(brume_render *r) {
+    uint32_t samples = r->samples_done + r->pass_samples;
+    brume_result result = BRUME_OK;
+    if (r->ends)
+        end_adaptive_pass(r);
+    else
+        r->samples_done = samples;
+    r->pass_samples = 0;
+    r->groups_done = 0;
+    if (r->desc.error_estimate && (samples & (samples - 1)) == 0) result = brume_goal_look(r, samples);
+    return result;
+}
+
+static brume_result run_launch(brume_render *r, const run *now) {
+    uint32_t groups = launch_size(r, r->pass_samples, r->pass_groups - r->groups_done);
+    double before = brume_seconds();
+    cl_int code = brume_render_launch(r, r->groups_done, groups, r->desc.first_sample + r->samples_done,
+                                      r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "rendering");
+    double seconds = brume_seconds() - before;
+    if (seconds > 0) r->groups_per_second = (double)groups * r->pass_samples / seconds;
+    r->groups_done += groups;
+    r->work += (double)groups * r->pass_samples;
+    r->looked = 0;
+    brume_result result = r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
+    if (r->desc.time_limit > 0 &&
+        r->create_seconds + spent(r, now) + 0.5 * seconds >= r->desc.time_limit) r->finished = 1;
+    return result;
+}
+
+static brume_result run_step(brume_render *r, const run *now) {
+    if (r->needs_pilot && r->pilot_done < r->layout.group_count) return run_pilot(r);
+    if (r->pass_samples > 0) return run_launch(r, now);
+    brume_result result = BRUME_OK;
+    if (r->samples_done >= r->stage_end) result = brume_goal_next_stage(r, spent(r, now));
+    if (result == BRUME_OK && !r->finished) result = begin_pass(r);
+    /* Nobody left in it: a stage that asked for no more than there is. */
+    if (result == BRUME_OK && !r->finished && r->pass_groups == 0) result = end_pass(r);
+    return result;
+}
+
+brume_result brume_render_run(brume_render *render, brume_progress_callback callback, void *user) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    run now = {brume_seconds(), render->work, brume_seconds(), callback, user};
+    brume_result result = BRUME_OK;
+    while (!render->finished && result == BRUME_OK) {
+        if (__atomic_exchange_n(&render->cancelled, 0, __ATOMIC_RELAXED)) {
+            result = BRUME_CANCELLED;
+            break;
+        }
+        result = run_step(render, &now);
+        if (callback && result == BRUME_OK && brume_seconds() - now.last_report > 0.1) {
+            now.last_report = brume_seconds();
+            if (report_progress(render, &now)) brume_render_cancel(render);
+        }
+    }
+    render->stats.complete = render->finished;
+    if (render->desc.error_estimate && (result == BRUME_OK || result == BRUME_CANCELLED)) {
+        brume_result look = brume_goal_last_look(render);
+        if (look != BRUME_OK) result = look;
+    }
+    if (callback && (result == BRUME_OK || result == BRUME_CANCELLED)) report_progress(render, &now);
+    render->stats.render_seconds += brume_seconds() - now.start;
+    if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
+    brume_result read = read_bad_samples(render);
+    if (read != BRUME_OK) return read;
+    if (render->stats.bad_samples)
+        brume_warn(render->device->context,
+                   "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u sample %u: "
+                   "please report this", (unsigned long long)render->stats.bad_samples,
+                   render->stats.bad_pixel_x, render->stats.bad_pixel_y, render->stats.bad_sample);
+    if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
+    return result;
+}

@@ -1,0 +1,55 @@
+/* sample_allocation.h -- how many samples each pixel gets, so that the picture's error falls fastest.
+ *
+ * A pixel that has n_i samples and the error e_i has e_i (n_i / n)^p with n. Their sum is least, for a given number
+ * of samples, where n is in proportion to (e_i n_i^p)^(1 / (p + 1)). A pixel's e is taken from the pixels around it and
+ * not from itself: its own samples, which stay in the picture, have no say in how many of them there are, and so its
+ * mean has no bias. (Stopping a pixel when it looks converged has: Kirk & Arvo 1991.) What remains runs through the
+ * whole picture's total, and, from the second allocation on, through how well its neighbours are known.
+ *
+ * Counts are powers of two, where Sobol' points are at their best; which of the two next to it a pixel gets is decided
+ * by a hash of its place, so that totals come out finely graded. They are nearly the same within 4 x 4 pixels, which a
+ * vector unit renders together.
+ */
+#ifndef BRUME_SAMPLE_ALLOCATION_H
+#define BRUME_SAMPLE_ALLOCATION_H
+
+#include "error_estimate.h"
+
+/* Steps of 1/16 of a power of two. */
+enum { BRUME_ALLOCATION_BINS = 2048 };
+
+typedef struct brume_allocation {
+    uint32_t width, height;
+    int most;            /* log2 of the samples that no pixel exceeds */
+    double order;        /* p */
+    int16_t *bin;        /* per pixel: 16 log2 of (e n^p)^(1 / (p + 1)), and the dither */
+    uint8_t *level;      /* per pixel: log2 of its samples at the time */
+    /* By the level and the bin: the share of the pixels that lie in blocks whose highest these are, and the relMSE at
+     * the time of the pixels that are in it. */
+    double cost[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS], error[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS];
+} brume_allocation;
+
+/* From an estimate. x, y: the crop's place in the picture. order: how the error falls from here on. most_samples: of
+ * any pixel. NULL without memory. */
+brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_t x, uint32_t y, double order,
+                                          uint32_t most_samples);
+void brume_allocation_free(brume_allocation *a);
+
+/* `detail` is how finely it is looked at, in steps: the higher, the more samples. At 0 no pixel gets more than it
+ * has. */
+
+/* Each pixel's samples. */
+void brume_allocation_counts(const brume_allocation *a, int detail, uint32_t *counts);
+
+/* The mean number of samples per pixel, as a vector unit pays for it: 4 x 4 pixels cost what the one with most samples
+ * does. And the relMSE to be expected. */
+void brume_allocation_predict(const brume_allocation *a, int detail, double *samples, double *relmse);
+
+/* The highest detail that costs at most `samples` per pixel; the lowest that brings relMSE down to `relmse`. */
+int brume_allocation_for_samples(const brume_allocation *a, double samples);
+int brume_allocation_for_error(const brume_allocation *a, double relmse);
+
+/* At this detail every pixel has as many samples as it may have. */
+int brume_allocation_most_detail(const brume_allocation *a);
+
+#endif

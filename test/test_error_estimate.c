@@ -1,0 +1,262 @@
+/* test_error_estimate.c -- the error that a picture tells of itself, against the one it has: on made-up pictures whose
+ * pixels are integrals with a known answer, sampled by points made here. */
+#include <math.h>
+#include <setjmp.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include <cmocka.h>
+
+#include "device_test.h"
+#include "error_estimate.h"
+
+enum { WIDTH = 72, HEIGHT = 56, PIXELS = WIDTH * HEIGHT, LEVELS = 7, MOST = 1 << LEVELS };
+
+static brume_context *context;
+
+static int make_context(void **state) {
+    (void)state;
+    return brume_context_create(&context) == BRUME_OK ? 0 : -1;
+}
+
+static int drop_context(void **state) {
+    (void)state;
+    brume_context_destroy(context);
+    return 0;
+}
+
+/* The first MOST points of a van der Corput sequence in base 2 with nested random scrambling (Owen 1995): every digit
+ * is flipped or not by a coin of its own for each of the prefixes before it. */
+static void scrambled_points(uint64_t *random, double points[MOST]) {
+    uint8_t coins[2 * MOST];
+    for (int i = 0; i < 2 * MOST; i++) coins[i] = test_random_bits(random) >> 63;
+    for (int i = 0; i < MOST; i++) {
+        double x = 0;
+        int node = 1;
+        for (int digit = 0; digit < LEVELS; digit++) {
+            int bit = (i >> digit & 1) ^ coins[node];
+            x += ldexp(bit, -digit - 1);
+            node = 2 * node + (i >> digit & 1);
+        }
+        points[i] = x + ldexp(test_random_unit(random), -LEVELS);
+    }
+}
+
+typedef enum kind { NOISE, SMOOTH, EDGE, DARK_EDGE } kind;
+
+/* What a pixel integrates over [0, 1); *mean is its integral. The picture is dark on the left. */
+static double integrand(kind k, int x, int y, double u, double *mean) {
+    double level = 0.05 + 0.03 * x;
+    if (k == EDGE || k == DARK_EDGE) { /* 0 up to a place that differs from pixel to pixel */
+        double most = k == EDGE ? 0.55 : 0.95, place = 0.05 + (most - 0.05) * fmod(0.754877666 * (x + WIDTH * y), 1.0);
+        *mean = level * (1 - place);
+        return u < place ? 0 : level;
+    }
+    *mean = level;
+    return level * 2 * u;
+}
+
+typedef struct picture {
+    float mean[3 * PIXELS], count[PIXELS];
+    double truth[3 * PIXELS];
+} picture;
+
+/* Renders `samples`, showing the estimate each power of two on the way. */
+static void render(kind k, uint64_t seed, int samples, brume_error_estimate *e, picture *p) {
+    static double values[3 * PIXELS][MOST];
+    uint64_t random = seed;
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        double points[MOST];
+        scrambled_points(&random, points);
+        for (int j = 0; j < samples; j++) {
+            double u = k == NOISE ? test_random_unit(&random) : points[j];
+            values[i][j] = integrand(k, i / 3 % WIDTH, i / 3 / WIDTH, u, &p->truth[i]);
+        }
+    }
+    for (int level = 0; 1 << level <= samples; level++) {
+        for (int i = 0; i < 3 * PIXELS; i++) {
+            double sum = 0;
+            for (int j = 0; j < 1 << level; j++) sum += values[i][j];
+            p->mean[i] = (float)ldexp(sum, -level);
+        }
+        for (int i = 0; i < PIXELS; i++) p->count[i] = (float)(1 << level);
+        brume_error_estimate_update(e, p->mean, p->count, level);
+    }
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        double sum = 0;
+        for (int j = 0; j < samples; j++) sum += values[i][j];
+        p->mean[i] = (float)(sum / samples);
+    }
+    for (int i = 0; i < PIXELS; i++) p->count[i] = (float)samples;
+}
+
+static double true_relmse(const picture *p) {
+    double sum = 0, error = 0;
+    for (int i = 0; i < 3 * PIXELS; i++) sum += p->truth[i];
+    double floor = 0.01 * pow(sum / (3.0 * PIXELS), 2);
+    for (int i = 0; i < 3 * PIXELS; i++) {
+        double d = p->mean[i] - p->truth[i];
+        error += d * d / (p->truth[i] * p->truth[i] + floor);
+    }
+    return error / (3.0 * PIXELS);
+}
+
+static brume_error_result estimate_of(kind k, uint64_t seed, int samples, picture *p) {
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, k == NOISE, &e), BRUME_OK);
+    render(k, seed, samples, &e, p);
+    brume_error_result r = brume_error_estimate_picture(&e, p->count);
+    brume_error_estimate_free(&e);
+    assert_true(r.known);
+    return r;
+}
+
+/* With 4032 pixels of three channels the true error of a picture is within 2 % of its expectation (one standard
+ * deviation), and the estimate within 5: a sixth is three of them. The order is what theory has: 1 for noise, 2 for an
+ * edge in one dimension, 3 for a smooth integrand (Owen 1997). */
+static void check(kind k, int samples, double order, double tolerance) {
+    static picture p;
+    brume_error_result r = estimate_of(k, 1000 + (uint64_t)samples, samples, &p);
+    double truth = true_relmse(&p);
+    if (fabs(log(r.relmse / truth)) > tolerance || fabs(r.order - order) > 0.25 ||
+        r.low > truth * exp(tolerance) || r.high < truth * exp(-tolerance))
+        fail_msg("kind %d, %d samples: relMSE %g (%g to %g), order %g; it is %g, order %g", (int)k, samples, r.relmse,
+                 r.low, r.high, r.order, truth, order);
+}
+
+static void independent_samples(void **state) {
+    (void)state;
+    check(NOISE, 16, 1, 1.0 / 6);
+    check(NOISE, 128, 1, 1.0 / 6);
+}
+
+static void smooth_integrands(void **state) {
+    (void)state;
+    check(SMOOTH, 16, 3, 1.0 / 6);
+    check(SMOOTH, 128, 3, 1.0 / 6);
+}
+
+static void edges(void **state) {
+    (void)state;
+    check(EDGE, 32, 2, 1.0 / 6);
+    check(EDGE, 128, 2, 1.0 / 6);
+}
+
+/* Where few samples of a pixel find any light, its R is as uncertain as its error, and so is what they are to each
+ * other: a factor of two. */
+static void edges_of_what_is_nearly_dark(void **state) {
+    (void)state;
+    static picture p;
+    for (int samples = 16; samples <= 128; samples *= 2) {
+        brume_error_result r = estimate_of(DARK_EDGE, (uint64_t)samples, samples, &p);
+        double ratio = true_relmse(&p) / r.relmse;
+        if (ratio < 0.5 || ratio > 2) fail_msg("%d samples: true over estimated relMSE is %g", samples, ratio);
+    }
+}
+
+/* Between powers of two the newest points count as a block of their own; in truth they fill the gaps of the others,
+ * which is better: by up to a half here. */
+static void any_number_of_samples(void **state) {
+    (void)state;
+    check(NOISE, 48, 1, 1.0 / 6);
+    check(SMOOTH, 96, 3, 0.5);
+    check(EDGE, 80, 2, 0.5);
+}
+
+/* Planted: that the difference of two doublings were the variance itself (true of independent samples alone), or that
+ * it fell by 2^p and not by 2^p - 1 of it. */
+static void wrong_formulas_are_seen(void **state) {
+    (void)state;
+    static picture p;
+    brume_error_result r = estimate_of(SMOOTH, 7, 64, &p);
+    double truth = true_relmse(&p), difference = r.relmse * (pow(2, r.order) - 1);
+    assert_true(fabs(log(r.relmse / truth)) < 1.0 / 6);
+    assert_true(log(difference / truth) > 1.0 / 6);
+    r = estimate_of(NOISE, 7, 64, &p);
+    truth = true_relmse(&p);
+    assert_true(fabs(log(r.relmse / truth)) < 1.0 / 6);
+    assert_true(log(truth / (r.relmse * (pow(2, r.order) - 1) * pow(2, -r.order))) > 1.0 / 6);
+}
+
+/* Without noise, none is claimed; without light, neither. */
+static void no_error(void **state) {
+    (void)state;
+    static picture p;
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
+    for (int shade = 0; shade < 2; shade++) {
+        for (int level = 0; level <= 4; level++) {
+            for (int i = 0; i < 3 * PIXELS; i++) p.mean[i] = (float)shade;
+            for (int i = 0; i < PIXELS; i++) p.count[i] = (float)(1 << level);
+            brume_error_estimate_update(&e, p.mean, p.count, level + 5 * shade);
+        }
+        brume_error_result r = brume_error_estimate_picture(&e, p.count);
+        assert_true(r.known);
+        if (shade == 0) assert_true(r.relmse == 0);
+        assert_false(isnan(r.relmse) || isnan(r.low) || isnan(r.high) || isnan(r.order));
+    }
+    brume_error_estimate_free(&e);
+}
+
+static void too_few_samples(void **state) {
+    (void)state;
+    static picture p;
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
+    assert_false(brume_error_estimate_picture(&e, p.count).known);
+    render(SMOOTH, 3, 4, &e, &p);
+    assert_false(brume_error_estimate_picture(&e, p.count).known);
+    brume_error_estimate_free(&e);
+}
+
+/* The variance of each pixel's mean, over a row of pixels alike. */
+static void variance_of_pixels(void **state) {
+    (void)state;
+    static picture p;
+    static float variance[3 * PIXELS];
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
+    render(SMOOTH, 11, 32, &e, &p);
+    assert_true(brume_error_estimate_variance(&e, p.count, variance));
+    for (int x = 8; x < WIDTH; x += 16) {
+        double told = 0, is = 0;
+        for (int y = 0; y < HEIGHT; y++)
+            for (int c = 0; c < 3; c++) {
+                int i = 3 * (WIDTH * y + x) + c;
+                told += variance[i];
+                is += pow(p.mean[i] - p.truth[i], 2);
+            }
+        /* 168 values: their mean square has a standard deviation of 11 %. */
+        assert_true(fabs(log(told / is)) < 0.5);
+    }
+    brume_error_estimate_free(&e);
+}
+
+/* V(n) = V(2^k) times this, from the blocks by hand: of order 1 it is 2^k / n. */
+static void growth_between_powers(void **state) {
+    (void)state;
+    assert_true(fabs(brume_error_estimate_growth(64, 1.7) - 1) < 1e-15);
+    assert_true(fabs(brume_error_estimate_growth(48, 1) - 32.0 / 48) < 1e-15);
+    assert_true(fabs(brume_error_estimate_growth(1000, 1) - 512.0 / 1000) < 1e-14);
+    assert_true(fabs(brume_error_estimate_growth(3, 2) - (4.0 / 9 + 4.0 / 9)) < 1e-15);
+    assert_true(brume_error_estimate_growth(0, 2) == 0);
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(independent_samples),
+        cmocka_unit_test(smooth_integrands),
+        cmocka_unit_test(edges),
+        cmocka_unit_test(edges_of_what_is_nearly_dark),
+        cmocka_unit_test(any_number_of_samples),
+        cmocka_unit_test(wrong_formulas_are_seen),
+        cmocka_unit_test(no_error),
+        cmocka_unit_test(too_few_samples),
+        cmocka_unit_test(variance_of_pixels),
+        cmocka_unit_test(growth_between_powers),
+    };
+    return cmocka_run_group_tests(tests, make_context, drop_context);
+}
