@@ -36,6 +36,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_PROGRESS] =
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},
+    [OPTION_CLAMP] =
+        {RENDER, 0, "clamp", "X", "most radiance that one sample counts: less noise, but too dark (default: none)"},
     [OPTION_QUIET] = {EVERY, 'q', "quiet", NULL, "prints errors only"},
     [OPTION_VERBOSE] = {EVERY, 'v', "verbose", NULL, "prints each step, and times at the end"},
     [OPTION_HELP] = {EVERY, 'h', "help", NULL, "prints this and exits"},

@@ -21,6 +21,7 @@ typedef enum option_id {
     OPTION_LANES,
     OPTION_STATS,
     OPTION_PROGRESS,
+    OPTION_CLAMP,
     OPTION_QUIET,
     OPTION_VERBOSE,
     OPTION_HELP,

@@ -173,6 +173,11 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_LIST_DEVICES:
         options->list_devices = 1;
         return 0;
+    case OPTION_CLAMP:
+        render->clamp = strtof(value, &end);
+        if (end == value || *end || !isfinite(render->clamp) || render->clamp <= 0)
+            return wrong_value(id, value);
+        return 0;
     case OPTION_QUIET:
         options->verbosity = -1;
         return 0;
