@@ -80,11 +80,13 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
-$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/libbrume.a
+# What render-cli and ladder share.
+judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file scene_hash)
+
+$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
-$(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(build)/apps/error_metrics.o \
-                 $(build)/libbrume.a
+$(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
 $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
@@ -129,7 +131,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 	@mkdir -p $(@D)
 	$(CXX) $(CXXFLAGS_all) -std=c++98 -pedantic-errors -Ilib -c -o $@ $<
 
-$(build)/test/test_ladder: $(build)/apps/error_metrics.o
+$(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli_options.h"
+#include "estimators.h"
 
 static int wrong_value(option_id id, const char *value)
 {
@@ -52,37 +53,20 @@ static int parse_define(cli_options *options, const char *value)
     return 0;
 }
 
-/* NAME or NAME:N */
 static int parse_strategy(brume_render_desc *render, const char *value)
 {
-    size_t length = strcspn(value, ":");
-    const char *name;
-    uint32_t positions = 0;
-    if (value[length]) {
-        const char *text = value + length + 1;
-        if (!parse_uint(&text, 0, &positions) || positions == 0 || positions > 64 || (positions & (positions - 1)) != 0)
-            return wrong_value(OPTION_STRATEGY, value);
-    }
-    for (int i = 0; (name = brume_strategy_name((brume_strategy)i)) != NULL; i++)
-        if (strlen(name) == length && strncmp(name, value, length) == 0) {
-            render->use_strategy = 1;
-            render->strategy = (brume_strategy)i;
-            render->positions = positions;
-            return 0;
-        }
-    return wrong_value(OPTION_STRATEGY, value);
+    if (!estimators_strategy(value, strlen(value), &render->strategy, &render->positions))
+        return wrong_value(OPTION_STRATEGY, value);
+    render->use_strategy = 1;
+    return 0;
 }
 
 static int parse_indirect(brume_render_desc *render, const char *value)
 {
-    const char *name;
-    for (int i = 0; (name = brume_indirect_name((brume_indirect)i)) != NULL; i++)
-        if (strcmp(name, value) == 0) {
-            render->use_indirect = 1;
-            render->indirect = (brume_indirect)i;
-            return 0;
-        }
-    return wrong_value(OPTION_INDIRECT, value);
+    if (!estimators_indirect(value, strlen(value), &render->indirect))
+        return wrong_value(OPTION_INDIRECT, value);
+    render->use_indirect = 1;
+    return 0;
 }
 
 int cli_option_set(cli_options *options, option_id id, const char *value)
