@@ -29,6 +29,13 @@ static int parse_uint(const char **text, char stop, uint32_t *out)
     return 1;
 }
 
+static int parse_positive(option_id id, const char *value, double *out)
+{
+    char *end;
+    *out = strtod(value, &end);
+    return end != value && !*end && isfinite(*out) && *out > 0 ? 0 : wrong_value(id, value);
+}
+
 static int parse_define(cli_options *options, const char *value)
 {
     const char *equals = strchr(value, '=');
@@ -161,6 +168,28 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         render->clamp = strtof(value, &end);
         if (end == value || *end || !isfinite(render->clamp) || render->clamp <= 0)
             return wrong_value(id, value);
+        return 0;
+    case OPTION_FOLDER:
+    case OPTION_SETTINGS:
+    case OPTION_REFERENCE:
+        if (!*value)
+            return wrong_value(id, value);
+        *(id == OPTION_FOLDER ? &options->study.folder
+          : id == OPTION_SETTINGS ? &options->study.settings : &options->study.reference) = value;
+        return 0;
+    case OPTION_BUDGET:
+        return parse_positive(id, value, &options->study.budget);
+    case OPTION_TARGET:
+        return parse_positive(id, value, &options->study.target);
+    case OPTION_TIME_TARGET:
+        return parse_positive(id, value, &options->study.time_target);
+    case OPTION_WIDTH:
+        if (!parse_uint(&text, 0, &a) || a == 0 || a > 65536)
+            return wrong_value(id, value);
+        options->study.width = a;
+        return 0;
+    case OPTION_FRESH:
+        options->study.fresh = 1;
         return 0;
     case OPTION_QUIET:
         options->verbosity = -1;
