@@ -60,6 +60,7 @@ typedef struct cli_study_options {
     double time_target;    /* seconds */
     uint32_t width;
     int fresh;
+    int cpu_clock; /* time is that of the processors */
 } cli_study_options;
 
 /* Strings point into argv; the arrays are owned. */

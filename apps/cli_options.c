@@ -51,10 +51,14 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                           "of these joined by +, as in mis+phase+depth-4"},
     [OPTION_BUDGET] =
         {STUDY, 0, "budget", "S", "seconds of rendering in all, kernels not counted (default: 180)"},
-    [OPTION_TARGET] = {STUDY, 0, "target", "E", "relMSE that the table gives times for (default: 0.01)"},
+    [OPTION_TARGET] = {STUDY, 0, "target", "E", "relMSE that the table gives times for (default: a round number\n"
+                                       "that the most accurate setting reaches)"},
     [OPTION_TIME_TARGET] =
         {STUDY, 0, "time-target", "S", "time at which pictures are compared (default: the longest that\n"
                                        "every setting reaches)"},
+    [OPTION_CLOCK] =
+        {STUDY, 0, "clock", "wall|cpu", "what time is (default: wall); cpu: that of all processors over their\n"
+                                        "number, which other programs disturb less"},
     [OPTION_WIDTH] =
         {STUDY, 0, "width", "N", "of the pictures, the height in proportion (default: 160)"},
     [OPTION_REFERENCE] =
@@ -95,9 +99,11 @@ void cli_print_help(FILE *file, cli_command command)
         fprintf(file, "%s\n", line);
     }
     if (command == CLI_STUDY)
-        fputs("\nCtrl-C stops, writes the page as far as it is, and exits with 130; the same command then goes on.\n", file);
+        fputs("\nCtrl-C stops, writes the page as far as it is, and exits with 130; the same command then goes "
+              "on.\n", file);
     else
-        fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at once.\n",
+        fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at "
+              "once.\n",
               file);
     fputs(
           "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 wrong scene, 4 no device,\n"

@@ -27,6 +27,7 @@ typedef enum option_id {
     OPTION_BUDGET,
     OPTION_TARGET,
     OPTION_TIME_TARGET,
+    OPTION_CLOCK,
     OPTION_WIDTH,
     OPTION_REFERENCE,
     OPTION_FRESH,

@@ -209,7 +209,8 @@ int cli_study(brume_context *context, const cli_options *options, cli_progress *
             code = written ? written : cli_signal() ? CLI_EXIT_SIGNAL + cli_signal() : code;
         }
         if (cli_signal() && options->verbosity >= 0)
-            fprintf(stderr, "render-cli: stopped; the same command goes on where this was, %s/study.html shows what there "
+            fprintf(stderr, "render-cli: stopped; the same command goes on where this was, %s/study.html shows what "
+                            "there "
                             "is\n", s->folder);
         cli_hold_signals(0);
     }

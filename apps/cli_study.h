@@ -1,7 +1,7 @@
 /* cli_study.h -- what the parts of `render-cli study` know of each other.
  *
  * A study renders each setting twice, with independent seeds a and b, and looks at the picture at every power of two
- * samples; time and error of those points are its curve. The pair tells bias from noise, which one picture alone can't. */
+ * samples; time and error of those points are its curve. The pair tells bias from noise; one picture alone can't. */
 #ifndef CLI_STUDY_H
 #define CLI_STUDY_H
 
@@ -40,6 +40,9 @@ typedef struct study_setting {
 } study_setting;
 
 extern const char study_default_settings[];
+
+/* A mean so many standard errors off the reference's is believed to be biased: by chance, once in two million. */
+#define STUDY_DEVIATES 5.0
 
 /* Names between commas. 0, or an exit code after an error line. */
 int study_settings_parse(const char *list, study_setting *out, size_t *count);
@@ -82,11 +85,13 @@ typedef struct study_figures {
 /* Both seeds at one number of samples: means, if nothing else is said. */
 typedef struct study_point {
     uint32_t samples;
-    double seconds, cpu_seconds;
+    double seconds; /* by the clock that the options name */
+    double wall_seconds, cpu_seconds;
     study_figures of[STUDY_SEEDS];
     double relmse, trimmed, mape, smape, flip, estimated, fireflies, ratio, other_relmse;
     double noise;             /* relMSE that is noise: half the squared difference of the pair */
     double bias, bias_sigma;  /* squared, in the same weights, and its standard error */
+    double deviates;          /* of the pair's mean, from the reference's, in standard errors */
     uint64_t bad_samples;     /* of both */
     int near_floor;           /* less than four times the reference's own error */
     int on_front;

@@ -16,7 +16,6 @@
 #define FLOOR_FACTOR 4.0
 /* This share of the reference's pixels is shown without being cut. */
 #define SHOWN_SHARE 0.98
-#define TARGET 0.01
 
 static float *load(const study *s, const char *stem, int seed, uint32_t samples)
 {
@@ -39,6 +38,11 @@ static double quantile(double *values, size_t count, double share)
 {
     qsort(values, count, sizeof *values, ascending);
     return values[(size_t)(share * (double)(count - 1) + 0.5)];
+}
+
+static double see_difference(const study *s, const float *from, const float *to)
+{
+    return flip_compute(from, to, s->width, s->height, s->exposure, FLIP_PIXELS_PER_DEGREE, NULL);
 }
 
 /* ---- the reference ---- */
@@ -92,7 +96,7 @@ static int judge_other(study *s)
         return study_out_of_memory();
     s->other_relmse = m.mse;
     s->other_ratio = m.ratio;
-    s->other_flip = flip_compute(s->other, s->reference, s->width, s->height, s->exposure, FLIP_PIXELS_PER_DEGREE, NULL);
+    s->other_flip = see_difference(s, s->other, s->reference);
     return s->other_flip < 0 ? study_out_of_memory() : CLI_EXIT_OK;
 }
 
@@ -106,7 +110,7 @@ static int judge_picture(const study *s, const float *picture, const float *half
     if (!error_metrics_compute(picture, s->reference, count, DROPPED, &out->metrics))
         return study_out_of_memory();
     error_figures_compute(picture, s->reference, s->width, s->height, &out->figures);
-    out->flip = flip_compute(s->reference, picture, s->width, s->height, s->exposure, FLIP_PIXELS_PER_DEGREE, NULL);
+    out->flip = see_difference(s, s->reference, picture);
     out->estimated = quarter ? error_metrics_estimate(picture, half, quarter, s->width, s->height) : NAN;
     out->other_relmse = out->other_flip = NAN;
     if (out->flip < 0)
@@ -115,22 +119,23 @@ static int judge_picture(const study *s, const float *picture, const float *half
         if (!error_metrics_compute(picture, s->other, count, DROPPED, &m))
             return study_out_of_memory();
         out->other_relmse = m.mse;
-        out->other_flip = flip_compute(s->other, picture, s->width, s->height, s->exposure, FLIP_PIXELS_PER_DEGREE, NULL);
+        out->other_flip = see_difference(s, s->other, picture);
         if (out->other_flip < 0)
             return study_out_of_memory();
     }
     return CLI_EXIT_OK;
 }
 
-static void judge_point(const study *s, const study_curve *curve, size_t i, float *const pictures[STUDY_SEEDS],
-                        study_point *p)
+static int judge_point(const study *s, const study_curve *curve, size_t i, float *const pictures[STUDY_SEEDS],
+                       study_point *p)
 {
     size_t count = (size_t)s->width * s->height;
     const study_figures *a = &p->of[0], *b = &p->of[1];
     const study_run_point *at[2] = {&curve->runs[0].points[i], &curve->runs[1].points[i]};
     p->samples = at[0]->samples;
-    p->seconds = 0.5 * (at[0]->seconds + at[1]->seconds);
+    p->wall_seconds = 0.5 * (at[0]->seconds + at[1]->seconds);
     p->cpu_seconds = 0.5 * (at[0]->cpu_seconds + at[1]->cpu_seconds);
+    p->seconds = s->options->study.cpu_clock ? p->cpu_seconds / s->session.info.compute_units : p->wall_seconds;
     p->bad_samples = at[0]->bad_samples + at[1]->bad_samples;
     p->relmse = 0.5 * (a->metrics.mse + b->metrics.mse);
     p->trimmed = 0.5 * (a->metrics.trimmed + b->metrics.trimmed);
@@ -144,7 +149,42 @@ static void judge_point(const study *s, const study_curve *curve, size_t i, floa
     p->noise = error_metrics_of_pair(pictures[0], pictures[1], s->reference, count);
     p->bias = error_metrics_bias(pictures[0], pictures[1], s->reference, count, s->reference_error, &p->bias_sigma);
     p->near_floor = p->relmse < FLOOR_FACTOR * s->reference_error;
+
+    error_metrics m;
+    float *mean = malloc(3 * count * sizeof *mean);
+    if (!mean)
+        return study_out_of_memory();
+    for (size_t k = 0; k < 3 * count; k++)
+        mean[k] = 0.5f * (pictures[0][k] + pictures[1][k]);
+    int ok = error_metrics_compute(mean, s->reference, count, 0, &m);
+    p->deviates = m.deviates;
+    free(mean);
+    return ok ? CLI_EXIT_OK : study_out_of_memory();
 }
+
+/* A target that something reaches: the first of 1, 2 and 5 times a power of ten that is above the least error of the
+ * settings that approximate nothing, or of all if there are no others. */
+static double round_target(const study *s)
+{
+    double least = INFINITY, least_of_all = INFINITY;
+    for (size_t k = 0; k < s->setting_count; k++)
+        for (size_t i = 0; i < s->curves[k].count; i++) {
+            double error = s->curves[k].points[i].relmse;
+            if (!(error > 0))
+                continue;
+            least_of_all = fmin(least_of_all, error);
+            if (!(study_setting_kinds(&s->settings[k]) & STUDY_APPROXIMATE))
+                least = fmin(least, error);
+        }
+    least = isfinite(least) ? least : least_of_all;
+    if (!isfinite(least))
+        return 0.01;
+    double power = pow(10, floor(log10(least)));
+    return least <= power ? power : least <= 2 * power ? 2 * power : least <= 5 * power ? 5 * power : 10 * power;
+}
+
+/* Of fewer points a slope says little. */
+enum { LEAST_FOR_SLOPE = 3 };
 
 /* What follows from the points. */
 static void judge_curve(const study *s, study_curve *c)
@@ -163,8 +203,8 @@ static void judge_curve(const study *s, study_curve *c)
     }
     const study_point *last = &c->points[c->count - 1];
     c->bias = last->bias > BELIEVED * last->bias_sigma ? last->bias : 0;
-    c->slope = error_metrics_slope(clear_times, clear_errors, above);
-    c->noise_slope = error_metrics_slope(times, noises, c->count);
+    c->slope = above < LEAST_FOR_SLOPE ? NAN : error_metrics_slope(clear_times, clear_errors, above);
+    c->noise_slope = c->count < LEAST_FOR_SLOPE ? NAN : error_metrics_slope(times, noises, c->count);
     c->time_to_target =
         curves_time_to(times, errors, c->count, s->target, c->noise_slope, c->bias, &c->target_kind);
     c->halving = curves_halving(c->bias + last->noise, c->bias, c->noise_slope);
@@ -190,7 +230,7 @@ static int judge_setting(study *s, const study_setting *setting, study_curve *c)
         }
         float *const now[STUDY_SEEDS] = {pictures[0][0], pictures[1][0]};
         if (!code)
-            judge_point(s, c, i, now, p);
+            code = judge_point(s, c, i, now, p);
     }
     for (int seed = 0; seed < STUDY_SEEDS; seed++)
         for (int i = 0; i < 3; i++)
@@ -198,7 +238,6 @@ static int judge_setting(study *s, const study_setting *setting, study_curve *c)
     if (code || count == 0)
         return code;
     c->count = count;
-    judge_curve(s, c);
     return CLI_EXIT_OK;
 }
 
@@ -298,13 +337,16 @@ static void judge_front(study *s)
 int study_judge(study *s)
 {
     int code = study_judge_reference(s);
-    s->target = s->options->study.target > 0 ? s->options->study.target : TARGET;
     s->rounding_count = 0;
     if (code || !s->reference)
         return code;
     code = judge_other(s);
     for (size_t i = 0; i < s->setting_count && !code; i++)
         code = judge_setting(s, &s->settings[i], &s->curves[i]);
+    s->target = s->options->study.target > 0 ? s->options->study.target : round_target(s);
+    for (size_t i = 0; i < s->setting_count && !code; i++)
+        if (s->curves[i].count > 0)
+            judge_curve(s, &s->curves[i]);
     s->time_target = s->options->study.time_target > 0 ? s->options->study.time_target : common_time(s);
     judge_times(s);
     judge_front(s);

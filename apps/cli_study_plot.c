@@ -101,6 +101,23 @@ static void level(FILE *file, double y, double x0, double x1, const char *colour
             colour, dashes);
 }
 
+/* 1, 2 and 5 times powers of ten. */
+static void put_tics(FILE *file, double from, double to)
+{
+    static const double steps[] = {1, 2, 5};
+    const char *comma = "";
+    fputs("set xtics (", file);
+    for (int k = (int)floor(log10(from)); k <= (int)ceil(log10(to)); k++)
+        for (int i = 0; i < 3; i++) {
+            double at = steps[i] * pow(10, k);
+            if (at < from || at > to)
+                continue;
+            fprintf(file, "%s'%g' %g", comma, at, at);
+            comma = ", ";
+        }
+    fputs(")\n", file);
+}
+
 static void write_script(FILE *file, const study *s)
 {
     double x0, x1, y0, y1;
@@ -109,15 +126,17 @@ static void write_script(FILE *file, const study *s)
           "set encoding utf8\n"
           "set logscale xy\n"
           "set format y '10^{%L}'\n"
-          "set xlabel 'seconds of rendering'\n"
           "set ylabel 'relMSE against the reference'\n"
           "set grid xtics ytics lc rgb '#888888' lw 0.4\n"
           "set border 3 lc rgb '#888888'\n"
           "set tics nomirror\n"
           "set key outside right top vertical Left reverse samplen 2.2 spacing 1.15\n", file);
+    fprintf(file, "set xlabel 'seconds of rendering%s'\n",
+            s->options->study.cpu_clock ? ", of the processors over their number" : "");
     fputs("set title ", file);
     put_quoted(file, s->options->scene);
     fprintf(file, " noenhanced\nset xrange [%.9g:%.9g]\nset yrange [%.9g:%.9g]\n", x0, x1, y0, y1);
+    put_tics(file, x0, x1);
     level(file, s->target, x0, x1, "#d98200", "-");
     fprintf(file, "set label 'target %.3g' at %.9g,%.9g right offset 0,0.5 tc rgb '#b06a00'\n", s->target, x1 / 1.03,
             s->target);
@@ -129,8 +148,12 @@ static void write_script(FILE *file, const study *s)
     if (s->time_target > 0)
         fprintf(file, "set arrow from %.9g,%.9g to %.9g,%.9g nohead lc rgb '#d98200' lw 1.2 dt '-' back\n",
                 s->time_target, y0, s->time_target, y1);
-    fputs("plot \\\n", file);
-    size_t block = 0;
+    size_t blocks = 0, block = 0;
+    for (size_t k = 0; k < s->setting_count; k++)
+        blocks += s->curves[k].count > 0;
+    fprintf(file, "plot \\\n  'study.dat' index %zu using 1:2 with fsteps lc rgb '#aaaaaa' lw 5 dt 1 title 'Pareto "
+                  "front'",
+            blocks);
     for (size_t k = 0; k < s->setting_count; k++) {
         const study_curve *c = &s->curves[k];
         if (c->count == 0)
@@ -139,13 +162,14 @@ static void write_script(FILE *file, const study *s)
         char slope[32] = "";
         if (isfinite(c->slope))
             snprintf(slope, sizeof slope, "   t^{%s%.2f}", c->slope < 0 ? "−" : "", fabs(c->slope));
-        fprintf(file, "  'study.dat' index %zu using 1:4 with lines lc rgb '%s' lw 0.8 dt '.' notitle, \\\n", block,
+        fprintf(file, ", \\\n  'study.dat' index %zu using 1:4 with lines lc rgb '%s' lw 0.8 dt '.' notitle", block,
                 colour);
-        fprintf(file, "  'study.dat' index %zu using 1:2 with linespoints lc rgb '%s' lw 1.8 pt %d ps 0.8 title '%s%s', \\\n",
+        fprintf(file, ", \\\n  'study.dat' index %zu using 1:2 with linespoints lc rgb '%s' lw 1.8 pt %d ps 0.8 title "
+                      "'%s%s'",
                 block, colour, marks[k % COLOURS], s->settings[k].name, slope);
         block++;
     }
-    fprintf(file, "  'study.dat' index %zu using 1:2 with fsteps lc rgb '#888888' lw 4 dt 1 title 'Pareto front'\n", block);
+    fputc('\n', file);
 }
 
 static const char head_svg[] = "set terminal svg size 900,560 dynamic background rgb 'white' font 'sans-serif,15'\n"

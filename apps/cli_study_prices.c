@@ -25,14 +25,18 @@ static void verdict(FILE *file, const study *s, const study_curve *c, const stud
 {
     double noise = noise_at(s, base), ours = noise_at(s, c);
     const study_point *last = &c->points[c->count - 1];
-    if (c->bias <= 0) {
+    int off = fabs(last->deviates) > STUDY_DEVIATES;
+    if (c->bias > ours) {
+        fputs("Mostly bias: more time makes it hardly better. ", file);
+    } else if (c->bias > 0) {
+        fputs("Biased, but by less than its noise at this time. ", file);
+    } else if (off) {
+        fprintf(file, "Biased: %.1f %% of the light is %s, though spread over the pixels that is below their noise. ",
+                100 * fabs(1 - last->ratio), last->ratio < 1 ? "missing" : "too much");
+    } else {
         fputs("No bias found: below ", file);
         study_put_number(file, fmax(last->bias, 0) + 3 * last->bias_sigma);
         fputs(" with three standard errors. ", file);
-    } else if (c->bias > ours) {
-        fputs("Mostly bias: more time makes it hardly better. ", file);
-    } else {
-        fputs("Less bias than noise at this time. ", file);
     }
     if (isfinite(noise) && isfinite(ours) && c->bias + ours < noise)
         fputs("At equal time it is closer to the truth than what it approximates.", file);
@@ -53,14 +57,14 @@ static void approximation(FILE *file, const study *s, size_t k, size_t partner)
     study_html(file, what);
     fputs("</small></th><td data-l='instead of'>", file);
     study_html(file, s->settings[partner].name);
-    fprintf(file, "</td><td data-l='time per sample'>%s%.0f %%</td><td data-l='light'>%.1f %%</td><td data-l='bias'>",
+    fprintf(file, "</td><td data-l='time per sample'>%s%.0f %%</td><td data-l='light'>%.1f %%</td><td data-l='bias'>",
             saved >= 0 ? "−" : "+", 100 * fabs(saved), 100 * last->ratio);
     study_put_number(file, last->bias);
-    fputs(" ± ", file);
+    fputs(" ± ", file);
     study_put_number(file, last->bias_sigma);
     fputs("</td><td data-l='root of it'>", file);
     if (c->bias > 0)
-        fprintf(file, "%.1f %%", 100 * sqrt(c->bias));
+        fprintf(file, "%.1f %%", 100 * sqrt(c->bias));
     else
         fputs("–", file);
     fputs("</td><td data-l='noise'>", file);
@@ -82,17 +86,46 @@ static void approximations(FILE *file, const study *s)
             continue;
         if (!any++) {
             fputs("<h2 id=approximations>What approximations save, and what error stays</h2>\n"
-                  "<p>Noise goes away with time, bias does not. Two pictures with independent seeds tell them apart: the "
-                  "noise is what they differ by, the bias is what their errors have in common. Both are parts of relMSE "
+                  "<p>Noise goes away with time, bias does not. Two pictures with independent seeds tell them apart: "
+                  "the "
+                  "noise is what they differ by, the bias is what their errors have in common. Both are parts of "
+                  "relMSE "
                   "and add up to it; noise is given at ", file);
             study_put_time(file, s->time_target);
             fputs(".</p>\n<div class=scroll><table class=cards><thead><tr><th>setting<th>instead of<th>time per "
-                  "sample<th>light<th>bias² (± 1 σ)<th>root of it<th>noise<th>noise without<th></thead><tbody>\n", file);
+                  "sample<th>light<th>bias² (± 1 σ)<th>root of it<th>noise<th>noise "
+                  "without<th></thead><tbody>\n", file);
         }
         approximation(file, s, k, partner);
     }
     if (any)
         fputs("</tbody></table></div>\n", file);
+}
+
+/* What approximates nothing should have no bias: said, or denied. */
+static void exact_ones(FILE *file, const study *s)
+{
+    size_t worst = s->setting_count, count = 0;
+    double most = 0;
+    for (size_t k = 0; k < s->setting_count; k++) {
+        const study_curve *c = &s->curves[k];
+        if (c->count == 0 || (study_setting_kinds(&s->settings[k]) & STUDY_APPROXIMATE))
+            continue;
+        double off = fabs(c->points[c->count - 1].deviates);
+        count++;
+        if (worst == s->setting_count || off > most) {
+            most = off;
+            worst = k;
+        }
+    }
+    if (count == 0)
+        return;
+    fprintf(file, "<p%s>The %zu settings that approximate nothing: ", most > STUDY_DEVIATES ? " "
+                                                                                              "class=warn" : "", count);
+    fputs(most > STUDY_DEVIATES ? "not all are right on average. The mean of " : "none is found biased. The mean of ",
+          file);
+    study_html(file, s->settings[worst].name);
+    fprintf(file, " is furthest from the reference’s, by %.1f standard errors.</p>\n", most);
 }
 
 static void roundings(FILE *file, const study *s)
@@ -102,10 +135,11 @@ static void roundings(FILE *file, const study *s)
     fputs("<h2 id=precision>What rounding costs</h2>\n"
           "<p>The same kernels from the same random numbers, in single and in double precision: the difference between "
           "the pictures <em>is</em> the rounding error (where rounding turns a decision the other way, a path goes "
-          "elsewhere, and its pixel shows noise instead). Per pixel, relative to the value in double plus a tenth of the "
-          "picture’s mean.</p>\n<div class=scroll><table class=cards><thead><tr><th>setting<th>against<th>samples<th>time "
-          "×<th>median difference<th>root mean square<th>largest<th>pixels above 0.1 %<th>noise, in the "
-          "same measure</thead><tbody>\n", file);
+          "elsewhere, and its pixel shows noise instead). Per pixel, relative to the value in double plus a tenth of "
+          "the picture’s mean.</p>\n"
+          "<div class=scroll><table class=cards><thead><tr><th>setting<th>against<th>samples<th>time ×<th>median "
+          "difference<th>root mean square<th>largest<th>pixels above 0.1 %<th>noise, in the same "
+          "measure</thead><tbody>\n", file);
     for (size_t i = 0; i < s->rounding_count; i++) {
         const study_rounding *r = &s->roundings[i];
         const study_curve *single = &s->curves[r->single];
@@ -124,7 +158,7 @@ static void roundings(FILE *file, const study *s)
         study_put_number(file, r->root_mean_square);
         fputs("</td><td data-l='largest'>", file);
         study_put_number(file, r->most);
-        fprintf(file, "</td><td data-l='above 0.1 %%'>%.2f %%</td><td data-l='noise'>", 100 * r->share_above);
+        fprintf(file, "</td><td data-l='above 0.1 %%'>%.2f %%</td><td data-l='noise'>", 100 * r->share_above);
         study_put_number(file, sqrt(noise));
         fputs("</td></tr>\n", file);
     }
@@ -134,5 +168,6 @@ static void roundings(FILE *file, const study *s)
 void study_page_prices(FILE *file, const study *s)
 {
     approximations(file, s);
+    exact_ones(file, s);
     roundings(file, s);
 }

@@ -8,7 +8,7 @@
 #include "estimators.h"
 
 const char study_default_settings[] =
-    "auto,distance,equiangular,mis,raster,auto+phase,auto+independent,auto+depth-2,auto+depth-3,auto+clamp-2x,"
+    "auto,distance,equiangular,mis,raster,auto+phase,auto+independent,auto+depth-2,auto+depth-3,auto+clamp-20x,"
     "auto+double";
 
 struct study_part {
@@ -108,7 +108,8 @@ static int parse_setting(const char *text, size_t length, study_setting *out)
         size_t part_length = strcspn(at, "+");
         const study_part *part = find_part(at, part_length);
         if (!part || out->part_count == STUDY_PARTS) {
-            cli_error("--settings: expected a strategy, a way of --indirect, sobol, independent, float, double, depth-N, "
+            cli_error("--settings: expected a strategy, a way of --indirect, sobol, independent, float, double, "
+                      "depth-N, "
                       "clamp-Nx, or several with + between them, not \"%s\"", out->name);
             return CLI_EXIT_USAGE;
         }

@@ -31,7 +31,8 @@ static void cell(FILE *file, double value)
         fputc(',', file);
 }
 
-static void csv_row(FILE *file, const study_setting *setting, const study_curve *c, size_t i, int seed, uint32_t number)
+static void csv_row(FILE *file, const study_setting *setting, const study_curve *c, size_t i, int seed,
+                    uint32_t number)
 {
     const study_run *run = &c->runs[seed];
     const study_run_point *at = &run->points[i];
@@ -90,7 +91,8 @@ static void json_point(FILE *file, const study_point *p)
 {
     fputc('{', file);
     number(file, "samples", p->samples);
-    member(file, "render_seconds", p->seconds);
+    member(file, "seconds", p->seconds);
+    member(file, "render_seconds", p->wall_seconds);
     member(file, "cpu_seconds", p->cpu_seconds);
     member(file, "relmse", p->relmse);
     member(file, "relmse_trimmed", p->trimmed);
@@ -104,6 +106,7 @@ static void json_point(FILE *file, const study_point *p)
     member(file, "fireflies", p->fireflies);
     member(file, "bad_samples", (double)p->bad_samples);
     member(file, "mean_ratio", p->ratio);
+    member(file, "pair_deviates", p->deviates);
     member(file, "other_relmse", p->other_relmse);
     fprintf(file, ",\"near_floor\":%s,\"on_front\":%s}", p->near_floor ? "true" : "false",
             p->on_front ? "true" : "false");
@@ -169,6 +172,9 @@ static int write_json(const study *s)
     member(file, "height", s->height);
     member(file, "seed", s->base.render.seed);
     member(file, "budget", s->options->study.budget);
+    fputc(',', file);
+    text(file, "clock", s->options->study.cpu_clock ? "cpu" : "wall");
+    member(file, "compute_units", s->session.info.compute_units);
     member(file, "target", s->target);
     member(file, "time_target", s->time_target);
     fputs(",\"reference\":", file);

@@ -183,6 +183,9 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return parse_positive(id, value, &options->study.target);
     case OPTION_TIME_TARGET:
         return parse_positive(id, value, &options->study.time_target);
+    case OPTION_CLOCK:
+        options->study.cpu_clock = strcmp(value, "cpu") == 0;
+        return options->study.cpu_clock || strcmp(value, "wall") == 0 ? 0 : wrong_value(id, value);
     case OPTION_WIDTH:
         if (!parse_uint(&text, 0, &a) || a == 0 || a > 65536)
             return wrong_value(id, value);

@@ -13,8 +13,8 @@ float *picture_read_pfm(const char *path, size_t width, size_t height);
 /* As a display shows it: times `exposure`, cut, the sRGB curve, 8 bits. `bytes` receives 3 a pixel. */
 void picture_to_bytes(const float *rgb, size_t pixel_count, double exposure, unsigned char *bytes);
 
-/* Differences of luminance relative to the reference: blue where the picture is too dark, black where it is right, red to
- * yellow where it is too bright; full colour at `full`. */
+/* Differences of luminance relative to the reference: blue where the picture is too dark, black where it is right, red
+ * to yellow where it is too bright; full colour at `full`. */
 void picture_difference(const float *picture, const float *reference, size_t pixel_count, double full,
                         unsigned char *bytes);
 

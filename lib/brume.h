@@ -364,7 +364,7 @@ typedef struct brume_render_desc {
     uint32_t positions;
     uint32_t use_indirect;     /* override the scene's; 0 */
     brume_indirect indirect;
-    float clamp;               /* most radiance that one sample counts, per channel: less noise, but too dark; 0: none */
+    float clamp;               /* most radiance that a sample counts, per channel: less noise, but too dark; 0: none */
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
