@@ -8,6 +8,8 @@
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
 # make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
 #                    and so on: build/ladder --help
+# make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
+# make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -48,7 +50,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard te
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck check-study study-picture ladder clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -148,6 +150,16 @@ check-oclgrind: $(build)/render-cli meshes
 crosscheck: $(build)/render-cli
 	@sh lib/deps.sh python3 python3-venv libllvm19
 	python3 test/crosscheck/crosscheck.py $(build) $(if $(quick),--quick)
+
+# browser=1: installs Chromium, which is large
+check-study: $(build)/render-cli meshes
+	@sh lib/deps.sh python3 python3-venv $(if $(browser),chromium)
+	@sh test/study/check_study.sh $(build); code=$$?; [ $$code -eq 77 ] && echo "check-study: in part skipped" || exit $$code
+
+study-picture: $(build)/render-cli meshes
+	$(build)/render-cli study scenes/three-spots.xml -o out/three-spots-study $(ARGS)
+	@mkdir -p scenes/pictures
+	cp out/three-spots-study/study.svg scenes/pictures/three-spots-study.svg
 
 # ARGS="--scenes open-beam --rungs mis,raster": what to compare, and how long
 ladder: $(build)/ladder meshes
