@@ -154,7 +154,8 @@ crosscheck: $(build)/render-cli
 # browser=1: installs Chromium, which is large
 check-study: $(build)/render-cli meshes
 	@sh lib/deps.sh python3 python3-venv $(if $(browser),chromium)
-	@sh test/study/check_study.sh $(build); code=$$?; [ $$code -eq 77 ] && echo "check-study: in part skipped" || exit $$code
+	@sh test/study/check_study.sh $(build); code=$$?; \
+	    [ $$code -eq 77 ] && echo "check-study: in part skipped" || exit $$code
 
 study-picture: $(build)/render-cli meshes
 	$(build)/render-cli study scenes/three-spots.xml -o out/three-spots-study $(ARGS)

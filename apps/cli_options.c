@@ -50,7 +50,7 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                           "depth-N, clamp-Nx (times the picture's mean), double; or several\n"
                                           "of these joined by +, as in mis+phase+depth-4"},
     [OPTION_BUDGET] =
-        {STUDY, 0, "budget", "S", "seconds of rendering in all, kernels not counted (default: 180)"},
+        {STUDY, 0, "budget", "S", "seconds of rendering in all, kernels not counted (default: 150)"},
     [OPTION_TARGET] = {STUDY, 0, "target", "E", "relMSE that the table gives times for (default: a round number\n"
                                        "that the most accurate setting reaches)"},
     [OPTION_TIME_TARGET] =
@@ -209,7 +209,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
 {
     memset(options, 0, sizeof *options);
     options->render = brume_render_desc_default();
-    options->study.budget = 180;
+    options->study.budget = 150;
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);
     options->parameters = calloc(most, sizeof *options->parameters);

@@ -107,6 +107,24 @@ static int set_size(study *s)
     return result ? cli_report(s->context, result) : CLI_EXIT_OK;
 }
 
+/* A device without doubles can't be asked for them; the rest of the study is as good. */
+static void drop_doubles(study *s)
+{
+    size_t kept = 0;
+    for (size_t i = 0; i < s->setting_count; i++)
+        kept += !(study_setting_kinds(&s->settings[i]) & STUDY_ROUNDING);
+    if (s->session.info.has_double || kept == s->setting_count || kept == 0)
+        return;
+    kept = 0;
+    for (size_t i = 0; i < s->setting_count; i++)
+        if (!(study_setting_kinds(&s->settings[i]) & STUDY_ROUNDING))
+            study_setting_move(&s->settings[kept++], &s->settings[i]);
+    s->setting_count = kept;
+    if (s->options->verbosity >= 0)
+        fprintf(stderr, "render-cli: warning: %s has no double precision: left out of the study\n",
+                s->session.info.name);
+}
+
 static int prepare(study *s)
 {
     const cli_options *o = s->options;
@@ -117,6 +135,7 @@ static int prepare(study *s)
         code = cli_session_open(&s->session, s->context, o, s->progress);
     if (code)
         return code;
+    drop_doubles(s);
     s->base.render = o->render;
     code = set_size(s);
     if (code)
@@ -146,6 +165,8 @@ static int render_one(study *s, const study_setting *setting, study_run runs[STU
         study_setting_apply(setting, 0, &edit);
         study_setting_stem(setting, stem);
     }
+    if (runs[seed].count == 0 && cli_signal())
+        return CLI_EXIT_SIGNAL + cli_signal();
     if (runs[seed].count == 0) {
         code = study_measure(s, &edit, stem, seed, number, limit, most, setting != NULL, &runs[seed]);
         if (!code)

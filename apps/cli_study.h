@@ -46,6 +46,8 @@ extern const char study_default_settings[];
 
 /* Names between commas. 0, or an exit code after an error line. */
 int study_settings_parse(const char *list, study_setting *out, size_t *count);
+/* Its parts point into its name: a copy has to be made by this. */
+void study_setting_move(study_setting *to, const study_setting *from);
 unsigned study_setting_kinds(const study_setting *setting); /* of its parts, or-ed */
 /* Edits, leaving out the parts of the kinds in `without`. */
 void study_setting_apply(const study_setting *setting, unsigned without, study_edit *edit);

@@ -146,6 +146,15 @@ int study_settings_parse(const char *list, study_setting *out, size_t *count)
     }
 }
 
+void study_setting_move(study_setting *to, const study_setting *from)
+{
+    if (to == from)
+        return;
+    *to = *from;
+    for (size_t i = 0; i < to->part_count; i++)
+        to->parts[i].text = to->name + (from->parts[i].text - from->name);
+}
+
 unsigned study_setting_kinds(const study_setting *setting)
 {
     unsigned kinds = 0;

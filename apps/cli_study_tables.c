@@ -55,8 +55,8 @@ static int write_csv(const study *s)
     FILE *file = open_table(s, "study.csv", path);
     if (!file)
         return CLI_EXIT_OUTPUT;
-    fputs("setting,seed,samples,bvh_seconds,upload_seconds,build_seconds,pilot_seconds,render_seconds,cpu_seconds,relmse,"
-          "relmse_trimmed,mape,smape,flip,estimated_relmse,fireflies,bad_samples,mean_ratio,deviates,pair_noise,"
+    fputs("setting,seed,samples,bvh_seconds,upload_seconds,build_seconds,pilot_seconds,render_seconds,cpu_seconds,"
+          "relmse,relmse_trimmed,mape,smape,flip,estimated_relmse,fireflies,bad_samples,mean_ratio,deviates,pair_noise,"
           "pair_bias,pair_bias_sigma,other_relmse,other_flip,near_floor,on_front\n", file);
     for (size_t k = 0; k < s->setting_count; k++)
         for (size_t i = 0; i < s->curves[k].count; i++)

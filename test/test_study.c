@@ -168,7 +168,8 @@ static void what_it_writes(void **state)
     assert_null(strstr(page, SCENE));
     assert_non_null(strstr(page, "a&amp;b&lt;c&gt;.xml"));
     assert_non_null(strstr(page, "prefers-color-scheme:dark"));
-    assert_int_equal(count_of(page, "data:image/png;base64,"), 13); /* the reference, and each setting with its errors */
+    /* the reference, and each setting with its errors */
+    assert_int_equal(count_of(page, "data:image/png;base64,"), 13);
     assert_int_equal(count_of(page, "<table"), count_of(page, "</table>"));
     assert_int_equal(count_of(page, "<figure"), count_of(page, "</figure>"));
     assert_int_equal(count_of(page, "<tr class=front><th scope") + count_of(page, "<tr><th scope"), 9);

@@ -40,7 +40,8 @@ browse() {
         --disable-component-update --user-data-dir="$out/profile" --proxy-server=127.0.0.1:9 --enable-logging=stderr \
         --log-net-log="$out/net.json" --window-size="$3,$4" --screenshot="$2" $5 "file://$(realpath "$1")" 2>&1 |
         grep 'CONSOLE'
-    tr ',' '\n' <"$out/net.json" | grep -o '"url":"http[^"]*"' | grep -v '//[^/]*\(google\|googleapis\|gvt1\)\.com' | sort -u
+    tr ',' '\n' <"$out/net.json" | grep -o '"url":"http[^"]*"' |
+        grep -v '//[^/]*\(google\|googleapis\|gvt1\)\.com' | sort -u
 }
 
 if [ -n "$browser" ]; then
