@@ -185,10 +185,11 @@ int study_write_tables(const study *s); /* study.csv, study.json (cli_study_tabl
 int study_write_plot(const study *s, int *drawn);
 int study_write_page(const study *s, int drawn); /* study.html (cli_study_page.c) */
 
-/* The sections of the page that show pictures (cli_study_gallery.c) and what approximations cost
- * (cli_study_prices.c). */
+/* The sections of the page that show pictures (cli_study_gallery.c), what approximations cost (cli_study_prices.c), and
+ * every run (cli_study_runs.c). */
 int study_page_gallery(FILE *file, const study *s);
 void study_page_prices(FILE *file, const study *s);
+void study_page_runs(FILE *file, const study *s);
 /* Text with <, >, & and quotes escaped; bytes that are not UTF-8 as U+FFFD. */
 void study_html(FILE *file, const char *text);
 /* "1.2 s", "3 min" */

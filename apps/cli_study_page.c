@@ -31,6 +31,7 @@ static const char style[] =
     ".pair{display:flex;gap:2px}.pair img{width:50%;height:auto;flex:1 1 0;min-width:0;image-rendering:pixelated;"
     "background:#000}.pair img:only-child{flex:0 0 50%}\n"
     ".bright{color:#fff;background:#b01c10;padding:0 .3em}.dark{color:#fff;background:#1c3fb0;padding:0 .3em}\n"
+    "summary{cursor:pointer;padding:.4rem 0}a{color:var(--accent)}\n"
     "dl{display:grid;grid-template-columns:max-content 1fr;gap:.2rem 1rem;"
     "max-width:60rem}dt{font-weight:600}dd{margin:0}\n"
     "@media(max-width:44rem){dl{grid-template-columns:1fr}dd{margin-bottom:.5rem}\n"
@@ -331,9 +332,8 @@ static void put_words(FILE *file)
           "<dt>noise, bias<dd>noise is half the squared difference of two seeds, bias² the product of their errors "
           "less the "
           "reference’s own error, both in the weights of relMSE."
-          "<dt>time<dd>of rendering alone. Reading, building and uploading the scene, and building kernels (which is "
-          "done once, "
-          "and kept by the driver) are in <code>study.csv</code>.</dl>\n", file);
+          "<dt>time<dd>of rendering alone. What comes before the first sample is under <a href='#runs'>every run</a>."
+          "</dl>\n", file);
 }
 
 static void put_command(FILE *file, const study *s)
@@ -387,6 +387,7 @@ int study_write_page(const study *s, int drawn)
         study_page_prices(file, s);
         if (!code)
             code = study_page_gallery(file, s);
+        study_page_runs(file, s);
         put_words(file);
     } else {
         fputs("<p>Nothing to compare yet: the reference comes first, then a setting at a time.</p>\n", file);

@@ -123,6 +123,10 @@ static void json_setting(FILE *file, const study_setting *setting, const study_c
     text(file, "what", what);
     fprintf(file, ",\"approximate\":%s", study_setting_kinds(setting) & STUDY_APPROXIMATE ? "true" : "false");
     if (c->count > 0) {
+        member(file, "bvh_seconds", c->runs[0].bvh_seconds);
+        member(file, "upload_seconds", c->runs[0].upload_seconds);
+        member(file, "build_seconds", c->runs[0].build_seconds);
+        member(file, "pilot_seconds", c->runs[0].pilot_seconds);
         member(file, "slope", c->slope);
         member(file, "noise_slope", c->noise_slope);
         member(file, "bias", c->bias);

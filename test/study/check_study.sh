@@ -8,7 +8,7 @@ mkdir -p "$out"
 skipped=0 failed=0
 
 echo "== a study"
-"$build/render-cli" study scenes/three-spots.xml -o "$out/study" --width 96 --budget 40 -q || exit 1
+"$build/render-cli" study scenes/three-spots.xml -o "$out/study" --width 96 --budget 40 --fresh -q || exit 1
 
 echo "== figures"
 if [ ! -x "$out/venv/bin/python" ]; then
