@@ -155,8 +155,8 @@ static void put_circumstances(FILE *file, const study *s)
     study_html(file, s->options->scene);
     fprintf(file, " at %u × %u pixels", s->width, s->height);
     if (s->width != s->full_width)
-        fprintf(file, ", for speed, instead of its %u × %u (times grow in proportion to the pixels)", s->full_width,
-                s->full_height);
+        fprintf(file, "%s instead of its %u × %u (times grow in proportion to the pixels)",
+                s->width < s->full_width ? ", for speed," : "", s->full_width, s->full_height);
     fputs(", on ", file);
     study_html(file, s->session.info.name);
     fputs(". ", file);

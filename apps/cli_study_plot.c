@@ -101,14 +101,17 @@ static void level(FILE *file, double y, double x0, double x1, const char *colour
             colour, dashes);
 }
 
-/* 1, 2 and 5 times powers of ten. */
+/* 1, 2 and 5 times powers of ten, or fewer where they would touch. */
 static void put_tics(FILE *file, double from, double to)
 {
-    static const double steps[] = {1, 2, 5};
+    static const double close[] = {1, 2, 5}, wide[] = {1, 3};
+    double decades = log10(to / from);
+    const double *steps = decades > 2.3 ? wide : close;
+    int count = decades > 4 ? 1 : decades > 2.3 ? 2 : 3;
     const char *comma = "";
     fputs("set xtics (", file);
     for (int k = (int)floor(log10(from)); k <= (int)ceil(log10(to)); k++)
-        for (int i = 0; i < 3; i++) {
+        for (int i = 0; i < count; i++) {
             double at = steps[i] * pow(10, k);
             if (at < from || at > to)
                 continue;
