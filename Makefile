@@ -9,6 +9,8 @@
 # make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
 #                    and so on: build/ladder --help
 # make estimates     is a picture as wrong as it says, and done when it said? A table, in about ten minutes
+# make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
+# make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -50,7 +52,8 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder estimates clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck check-study study-picture ladder estimates \
+        clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -82,11 +85,13 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
-$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/libbrume.a
+# What render-cli and ladder share.
+judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file scene_hash)
+
+$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
-$(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(build)/apps/error_metrics.o \
-                 $(build)/libbrume.a
+$(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
 $(build)/estimates: $(build)/apps/error_metrics.o
@@ -137,7 +142,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 	@mkdir -p $(@D)
 	$(CXX) $(CXXFLAGS_all) -std=c++98 -pedantic-errors -Ilib -c -o $@ $<
 
-$(build)/test/test_ladder: $(build)/apps/error_metrics.o
+$(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
@@ -154,6 +159,17 @@ check-oclgrind: $(build)/render-cli meshes
 crosscheck: $(build)/render-cli
 	@sh lib/deps.sh python3 python3-venv libllvm19
 	python3 test/crosscheck/crosscheck.py $(build) $(if $(quick),--quick)
+
+# browser=1: installs Chromium, which is large
+check-study: $(build)/render-cli meshes
+	@sh lib/deps.sh python3 python3-venv $(if $(browser),chromium)
+	@sh test/study/check_study.sh $(build); code=$$?; \
+	    [ $$code -eq 77 ] && echo "check-study: in part skipped" || exit $$code
+
+study-picture: $(build)/render-cli meshes
+	$(build)/render-cli study scenes/three-spots.xml -o out/three-spots-study $(ARGS)
+	@mkdir -p scenes/pictures
+	cp out/three-spots-study/study.svg scenes/pictures/three-spots-study.svg
 
 # ARGS="--scenes open-beam --rungs mis,raster": what to compare, and how long
 ladder: $(build)/ladder meshes

@@ -4,6 +4,10 @@
 
 const cli_command_entry cli_commands[CLI_COMMAND_COUNT] = {
     [CLI_RENDER] = {"render", "Renders a Mitsuba 3 scene, with light in fog, on an OpenCL device.", cli_render},
+    [CLI_STUDY] = {"study", "Shows what accuracy costs in time: renders a scene with many settings, measures their "
+                            "error,\n"
+                            "and writes a page with curves, tables and pictures (study.html), and CSV, JSON, SVG, PNG.",
+                   cli_study},
     [CLI_INFO] = {"info", "Says what is in a scene.", cli_info},
 };
 

@@ -23,6 +23,7 @@ enum {
 typedef enum cli_command {
     CLI_RENDER = 0, /* also without a name: render-cli SCENE.xml */
     CLI_INFO = 1,
+    CLI_STUDY = 2,
     CLI_COMMAND_COUNT
 } cli_command;
 
@@ -39,6 +40,7 @@ extern const cli_command_entry cli_commands[CLI_COMMAND_COUNT]; /* in cli.c */
 
 int cli_render(brume_context *context, const cli_options *options, cli_progress *progress);
 int cli_info(brume_context *context, const cli_options *options, cli_progress *progress);
+int cli_study(brume_context *context, const cli_options *options, cli_progress *progress);
 
 /* ---- options (cli_options.c, cli_values.c) ---- */
 
@@ -47,6 +49,19 @@ typedef enum cli_progress_kind {
     CLI_PROGRESS_NONE = 1,
     CLI_PROGRESS_JSON = 2
 } cli_progress_kind;
+
+/* Of render-cli study; strings point into argv, NULL and 0: the default. */
+typedef struct cli_study_options {
+    const char *folder;
+    const char *settings;  /* names between commas */
+    const char *reference; /* somebody else's picture */
+    double budget;         /* seconds of rendering */
+    double target;         /* relMSE */
+    double time_target;    /* seconds */
+    uint32_t width;
+    int fresh;
+    int cpu_clock; /* time is that of the processors */
+} cli_study_options;
 
 /* Strings point into argv; the arrays are owned. */
 struct cli_options {
@@ -64,6 +79,7 @@ struct cli_options {
     int list_devices, help, version;
     float exposure;
     brume_render_desc render;
+    cli_study_options study;
 };
 
 /* Fills `options` (which cli_options_free releases, whatever came back). On failure an error line has been printed and
@@ -125,6 +141,8 @@ double cli_now(void);
 void cli_watch_signals(void);
 /* `render` from now on, until called with NULL. */
 void cli_interruptible(brume_render *render);
+/* While this is on, a first signal without a render to stop is noted only: the caller asks cli_signal(). */
+void cli_hold_signals(int hold);
 /* The signal that came, 0 none. */
 int cli_signal(void);
 

@@ -4,13 +4,18 @@
 
 #include "cli_options.h"
 
-enum { RENDER = 1 << CLI_RENDER, EVERY = (1 << CLI_COMMAND_COUNT) - 1 };
+enum {
+    RENDER = 1 << CLI_RENDER,
+    STUDY = 1 << CLI_STUDY,
+    EVERY = (1 << CLI_COMMAND_COUNT) - 1,
+    ONE_RENDER = EVERY & ~STUDY /* what a study varies itself */
+};
 
 const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_OUTPUT] =
         {RENDER, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
                                         "(default: the scene's name with .exr, in the current folder)"},
-    [OPTION_SPP] = {EVERY, 0, "spp", "N", "samples per pixel (default: the scene's)"},
+    [OPTION_SPP] = {ONE_RENDER, 0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] =
         {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
     [OPTION_NOISE_THRESHOLD] =
@@ -23,27 +28,50 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                                "on: with --spp, too, which then is the mean over the pixels"},
     [OPTION_SEED] = {EVERY, 0, "seed", "S", "seed of the random numbers (default: the scene's)"},
     [OPTION_STRATEGY] =
-        {EVERY, 0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
+        {ONE_RENDER, 0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
                                            "equiangular, equiangular-cone, mis, product, systematic,\n"
                                            "raster; N: positions on a segment, for the last two\n"
                                            "(default: the scene's, else auto)"},
     [OPTION_INDIRECT] =
-        {EVERY, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
+        {ONE_RENDER, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
                                        "ray-lights (default: the scene's, else auto)"},
     [OPTION_CROP] =
-        {EVERY, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
+        {ONE_RENDER, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {EVERY, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
     [OPTION_DEVICE] =
         {EVERY, 0, "device", "I|NAME", "device by index or part of its name (default: a GPU, else the CPU)"},
     [OPTION_LIST_DEVICES] = {RENDER, 0, "list-devices", NULL, "names the devices, one a line, and exits"},
-    [OPTION_PRECISION] = {EVERY, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
+    [OPTION_PRECISION] = {ONE_RENDER, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
     [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
     [OPTION_STATS] =
         {RENDER, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
     [OPTION_PROGRESS] =
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},
+    [OPTION_CLAMP] =
+        {RENDER, 0, "clamp", "X", "most radiance that one sample counts: less noise, but too dark (default: none)"},
+    [OPTION_FOLDER] =
+        {STUDY, 'o', "output", "DIR", "folder of the results (default: the scene's name with -study)"},
+    [OPTION_SETTINGS] =
+        {STUDY, 0, "settings", "A,B,...", "what is compared: strategies, ways of --indirect, independent,\n"
+                                          "depth-N, clamp-Nx (times the picture's mean), double; or several\n"
+                                          "of these joined by +, as in mis+phase+depth-4"},
+    [OPTION_BUDGET] =
+        {STUDY, 0, "budget", "S", "seconds of rendering in all, kernels not counted (default: 150)"},
+    [OPTION_TARGET] = {STUDY, 0, "target", "E", "relMSE that the table gives times for (default: a round number\n"
+                                       "that the most accurate setting reaches)"},
+    [OPTION_TIME_TARGET] =
+        {STUDY, 0, "time-target", "S", "time at which pictures are compared (default: the longest that\n"
+                                       "every setting reaches)"},
+    [OPTION_CLOCK] =
+        {STUDY, 0, "clock", "wall|cpu", "what time is (default: wall); cpu: that of all processors over their\n"
+                                        "number, which other programs disturb less"},
+    [OPTION_WIDTH] =
+        {STUDY, 0, "width", "N", "of the pictures, the height in proportion (default: 160)"},
+    [OPTION_REFERENCE] =
+        {STUDY, 0, "reference", "FILE", "also compares with this picture of the scene, .exr; its size is used"},
+    [OPTION_FRESH] = {STUDY, 0, "fresh", NULL, "starts over, whatever the folder holds"},
     [OPTION_QUIET] = {EVERY, 'q', "quiet", NULL, "prints errors only"},
     [OPTION_VERBOSE] = {EVERY, 'v', "verbose", NULL, "prints each step, and times at the end"},
     [OPTION_HELP] = {EVERY, 'h', "help", NULL, "prints this and exits"},
@@ -78,7 +106,14 @@ void cli_print_help(FILE *file, cli_command command)
         }
         fprintf(file, "%s\n", line);
     }
-    fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at once.\n"
+    if (command == CLI_STUDY)
+        fputs("\nCtrl-C stops, writes the page as far as it is, and exits with 130; the same command then goes "
+              "on.\n", file);
+    else
+        fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at "
+              "once.\n",
+              file);
+    fputs(
           "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 wrong scene, 4 no device,\n"
           "5 kernels not built, 6 output not written, 130 and 143 stopped by SIGINT and SIGTERM.\n", file);
 }
@@ -126,49 +161,56 @@ static int unknown_option(const char *name, size_t length)
     return CLI_EXIT_USAGE;
 }
 
-/* "folder/fog.xml" is written to "fog.exr" in the current folder. */
-static int set_default_output(cli_options *options)
+/* "folder/fog.xml" is written to "fog.exr" in the current folder, a study of it to "fog-study". */
+static int set_default_output(cli_options *options, const char *ending)
 {
     const char *slash = strrchr(options->scene, '/');
     const char *name = slash ? slash + 1 : options->scene;
     const char *dot = strrchr(name, '.');
     size_t length = dot && dot != name ? (size_t)(dot - name) : strlen(name);
-    options->default_output = malloc(length + sizeof ".exr");
+    options->default_output = malloc(length + strlen(ending) + 1);
     if (!options->default_output) {
         cli_error("out of memory");
         return CLI_EXIT_RUNTIME;
     }
     memcpy(options->default_output, name, length);
-    memcpy(options->default_output + length, ".exr", sizeof ".exr");
-    options->outputs[options->output_count++] = options->default_output;
+    memcpy(options->default_output + length, ending, strlen(ending) + 1);
     return 0;
 }
 
+/* The option of that letter, or of that name; the command's own if several have it. OPTION_COUNT: none. */
+static option_id look_up(cli_command command, char letter, const char *name, size_t length)
+{
+    option_id found = OPTION_COUNT;
+    for (int i = 0; i < OPTION_COUNT; i++) {
+        const cli_option *option = &cli_option_table[i];
+        int same = name ? strncmp(option->name, name, length) == 0 && option->name[length] == 0
+                        : option->letter == letter;
+        if (same && (found == OPTION_COUNT || (option->commands & 1u << command)))
+            found = (option_id)i;
+    }
+    return found;
+}
+
 /* The option that `argument` names, and in *value what stands behind "=" or the letter (NULL: nothing). */
-static int find_option(const char *argument, option_id *id, const char **value)
+static int find_option(cli_command command, const char *argument, option_id *id, const char **value)
 {
     *value = NULL;
     if (argument[1] != '-') {
-        for (int i = 0; i < OPTION_COUNT; i++)
-            if (cli_option_table[i].letter == argument[1]) {
-                *id = (option_id)i;
-                if (argument[2])
-                    *value = argument + 2;
-                return 0;
-            }
+        *id = look_up(command, argument[1], NULL, 0);
+        if (argument[2])
+            *value = argument + 2;
+        if (*id != OPTION_COUNT)
+            return 0;
         cli_error("unknown option -%c; --help lists them", argument[1]);
         return CLI_EXIT_USAGE;
     }
     const char *name = argument + 2;
     size_t length = strcspn(name, "=");
-    for (int i = 0; i < OPTION_COUNT; i++)
-        if (strncmp(cli_option_table[i].name, name, length) == 0 && cli_option_table[i].name[length] == 0) {
-            *id = (option_id)i;
-            if (name[length])
-                *value = name + length + 1;
-            return 0;
-        }
-    return unknown_option(name, length);
+    *id = look_up(command, 0, name, length);
+    if (name[length])
+        *value = name + length + 1;
+    return *id != OPTION_COUNT ? 0 : unknown_option(name, length);
 }
 
 int cli_options_parse(cli_options *options, int argc, char **argv)
@@ -176,6 +218,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     memset(options, 0, sizeof *options);
     options->render = brume_render_desc_default();
     options->render.quick_start = 1;
+    options->study.budget = 150;
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);
     options->parameters = calloc(most, sizeof *options->parameters);
@@ -206,7 +249,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         }
         option_id id;
         const char *value;
-        int code = find_option(argument, &id, &value);
+        int code = find_option(options->command, argument, &id, &value);
         if (code)
             return code;
         if (!(cli_option_table[id].commands & 1u << options->command)) {
@@ -248,7 +291,14 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         cli_error("no scene; usage: render-cli SCENE.xml [-o FILE]... [options], or --help");
         return CLI_EXIT_USAGE;
     }
-    return options->command != CLI_RENDER || options->output_count > 0 ? 0 : set_default_output(options);
+    if (options->command == CLI_STUDY && !options->study.folder)
+        return set_default_output(options, "-study");
+    if (options->command != CLI_RENDER || options->output_count > 0)
+        return 0;
+    int code = set_default_output(options, ".exr");
+    if (!code)
+        options->outputs[options->output_count++] = options->default_output;
+    return code;
 }
 
 void cli_options_free(cli_options *options)

@@ -14,16 +14,17 @@
 /* What the handler may touch: the render once there is one, and the signal that came first. */
 static brume_render *interruptible_render;
 static volatile sig_atomic_t first_signal;
+static volatile sig_atomic_t held;
 
 /* The first signal during a render stops it, and the picture is written; any other time, or the second one, there is
  * nothing to save. While the pictures are being written the first one waits until they are. */
 static void on_signal(int number)
 {
     brume_render *render = __atomic_load_n(&interruptible_render, __ATOMIC_ACQUIRE);
-    if (first_signal || !render)
+    if (first_signal || (!render && !held))
         _exit(CLI_EXIT_SIGNAL + number);
     first_signal = number;
-    brume_render_cancel(render);
+    brume_render_cancel(render); /* NULL: there is none */
 }
 
 static void watch_signal(int number)
@@ -47,6 +48,11 @@ void cli_watch_signals(void)
 void cli_interruptible(brume_render *render)
 {
     __atomic_store_n(&interruptible_render, render, __ATOMIC_RELEASE);
+}
+
+void cli_hold_signals(int hold)
+{
+    held = hold;
 }
 
 int cli_signal(void)

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli_options.h"
+#include "estimators.h"
 
 static int wrong_value(option_id id, const char *value)
 {
@@ -29,11 +30,11 @@ static int parse_uint(const char **text, char stop, uint32_t *out)
 }
 
 /* A positive number. */
-static int parse_positive(const char *value, double *out)
+static int parse_positive(option_id id, const char *value, double *out)
 {
     char *end;
     *out = strtod(value, &end);
-    return end != value && !*end && isfinite(*out) && *out > 0;
+    return end != value && !*end && isfinite(*out) && *out > 0 ? 0 : wrong_value(id, value);
 }
 
 static int parse_define(cli_options *options, const char *value)
@@ -60,37 +61,20 @@ static int parse_define(cli_options *options, const char *value)
     return 0;
 }
 
-/* NAME or NAME:N */
 static int parse_strategy(brume_render_desc *render, const char *value)
 {
-    size_t length = strcspn(value, ":");
-    const char *name;
-    uint32_t positions = 0;
-    if (value[length]) {
-        const char *text = value + length + 1;
-        if (!parse_uint(&text, 0, &positions) || positions == 0 || positions > 64 || (positions & (positions - 1)) != 0)
-            return wrong_value(OPTION_STRATEGY, value);
-    }
-    for (int i = 0; (name = brume_strategy_name((brume_strategy)i)) != NULL; i++)
-        if (strlen(name) == length && strncmp(name, value, length) == 0) {
-            render->use_strategy = 1;
-            render->strategy = (brume_strategy)i;
-            render->positions = positions;
-            return 0;
-        }
-    return wrong_value(OPTION_STRATEGY, value);
+    if (!estimators_strategy(value, strlen(value), &render->strategy, &render->positions))
+        return wrong_value(OPTION_STRATEGY, value);
+    render->use_strategy = 1;
+    return 0;
 }
 
 static int parse_indirect(brume_render_desc *render, const char *value)
 {
-    const char *name;
-    for (int i = 0; (name = brume_indirect_name((brume_indirect)i)) != NULL; i++)
-        if (strcmp(name, value) == 0) {
-            render->use_indirect = 1;
-            render->indirect = (brume_indirect)i;
-            return 0;
-        }
-    return wrong_value(OPTION_INDIRECT, value);
+    if (!estimators_indirect(value, strlen(value), &render->indirect))
+        return wrong_value(OPTION_INDIRECT, value);
+    render->use_indirect = 1;
+    return 0;
 }
 
 int cli_option_set(cli_options *options, option_id id, const char *value)
@@ -119,9 +103,9 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         render->sample_count = b - a;
         return 0;
     case OPTION_NOISE_THRESHOLD:
-        return parse_positive(value, &render->noise_threshold) ? 0 : wrong_value(id, value);
+        return parse_positive(id, value, &render->noise_threshold);
     case OPTION_TIME_LIMIT:
-        return parse_positive(value, &render->time_limit) ? 0 : wrong_value(id, value);
+        return parse_positive(id, value, &render->time_limit);
     case OPTION_ADAPTIVE:
         if (strcmp(value, "auto") == 0)
             render->adaptive = BRUME_ADAPTIVE_AUTO;
@@ -194,6 +178,36 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return 0;
     case OPTION_LIST_DEVICES:
         options->list_devices = 1;
+        return 0;
+    case OPTION_CLAMP:
+        render->clamp = strtof(value, &end);
+        if (end == value || *end || !isfinite(render->clamp) || render->clamp <= 0)
+            return wrong_value(id, value);
+        return 0;
+    case OPTION_FOLDER:
+    case OPTION_SETTINGS:
+    case OPTION_REFERENCE:
+        if (!*value)
+            return wrong_value(id, value);
+        *(id == OPTION_FOLDER ? &options->study.folder
+          : id == OPTION_SETTINGS ? &options->study.settings : &options->study.reference) = value;
+        return 0;
+    case OPTION_BUDGET:
+        return parse_positive(id, value, &options->study.budget);
+    case OPTION_TARGET:
+        return parse_positive(id, value, &options->study.target);
+    case OPTION_TIME_TARGET:
+        return parse_positive(id, value, &options->study.time_target);
+    case OPTION_CLOCK:
+        options->study.cpu_clock = strcmp(value, "cpu") == 0;
+        return options->study.cpu_clock || strcmp(value, "wall") == 0 ? 0 : wrong_value(id, value);
+    case OPTION_WIDTH:
+        if (!parse_uint(&text, 0, &a) || a == 0 || a > 65536)
+            return wrong_value(id, value);
+        options->study.width = a;
+        return 0;
+    case OPTION_FRESH:
+        options->study.fresh = 1;
         return 0;
     case OPTION_QUIET:
         options->verbosity = -1;

@@ -3,6 +3,7 @@
 
 #include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
 /* What keeps black pixels from weighing without bound. */
 static double floor_of(const float *reference, size_t pixel_count)
@@ -97,4 +98,91 @@ double error_metrics_slope(const double *x, const double *y, size_t count)
     }
     double spread = n * sxx - sx * sx;
     return spread > 1e-12 * n * sxx ? (n * sxy - sx * sy) / spread : NAN;
+}
+
+static double luminance(const float *rgb)
+{
+    return 0.2126 * rgb[0] + 0.7152 * rgb[1] + 0.0722 * rgb[2];
+}
+
+/* The greatest luminance about (x, y). */
+static double brightest(const float *picture, size_t width, size_t height, size_t x, size_t y)
+{
+    double most = -INFINITY;
+    for (size_t v = y > 0 ? y - 1 : 0; v <= y + 1 && v < height; v++)
+        for (size_t u = x > 0 ? x - 1 : 0; u <= x + 1 && u < width; u++)
+            most = fmax(most, luminance(picture + 3 * (v * width + u)));
+    return most;
+}
+
+void error_figures_compute(const float *picture, const float *reference, size_t width, size_t height,
+                           error_figures *out)
+{
+    size_t count = width * height;
+    double e = sqrt(floor_of(reference, count)), light = 0;
+    memset(out, 0, sizeof *out);
+    for (size_t i = 0; i < 3 * count; i++) {
+        double d = fabs((double)picture[i] - reference[i]), r = fabs(reference[i]);
+        if (d > 0) {
+            out->mape += d / (r + e);
+            out->smape += d / (fabs(picture[i]) + r + e);
+        }
+    }
+    out->mape /= 3.0 * (double)count;
+    out->smape /= 3.0 * (double)count;
+    for (size_t i = 0; i < count; i++)
+        light += luminance(reference + 3 * i) / (double)count;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++)
+            out->fireflies += luminance(picture + 3 * (y * width + x)) >
+                              4 * (brightest(reference, width, height, x, y) + 0.1 * light);
+}
+
+double error_metrics_bias(const float *a, const float *b, const float *reference, size_t pixel_count,
+                          double reference_error, double *sigma)
+{
+    double floor = floor_of(reference, pixel_count), sum = 0, squares = 0, n = (double)pixel_count;
+    for (size_t i = 0; i < pixel_count; i++) {
+        double common = 0;
+        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
+            double product = ((double)a[c] - reference[c]) * ((double)b[c] - reference[c]);
+            common += relative(product, reference[c], floor) / 3;
+        }
+        sum += common;
+        squares += common * common;
+    }
+    double mean = sum / n, spread = squares / n - mean * mean;
+    *sigma = spread > 0 ? sqrt(spread / n) : 0;
+    return mean - reference_error;
+}
+
+/* The mean over the 5 x 5 pixels about (x, y), as far as they are in the picture. */
+static double local_mean(const float *picture, size_t width, size_t height, size_t x, size_t y, size_t channel)
+{
+    double sum = 0;
+    size_t count = 0;
+    for (size_t v = y > 2 ? y - 2 : 0; v <= y + 2 && v < height; v++)
+        for (size_t u = x > 2 ? x - 2 : 0; u <= x + 2 && u < width; u++, count++)
+            sum += picture[3 * (v * width + u) + channel];
+    return sum / (double)count;
+}
+
+double error_metrics_estimate(const float *full, const float *half, const float *quarter, size_t width, size_t height)
+{
+    double floor = floor_of(full, width * height), late = 0, early = 0;
+    for (size_t y = 0; y < height; y++)
+        for (size_t x = 0; x < width; x++)
+            for (size_t c = 0; c < 3; c++) {
+                size_t i = 3 * (y * width + x) + c;
+                double m = local_mean(full, width, height, x, y, c);
+                double d = (double)full[i] - half[i], e = (double)half[i] - quarter[i];
+                late += relative(d * d, m, floor);
+                early += relative(e * e, m, floor);
+            }
+    late /= 3.0 * (double)(width * height);
+    early /= 3.0 * (double)(width * height);
+    if (late == 0)
+        return 0;
+    double shrinks = fmin(fmax(late / early, 1.0 / 16), sqrt(0.5));
+    return late * shrinks / (1 - shrinks);
 }

@@ -1,5 +1,5 @@
-/* error_metrics.h -- how far a picture is from the truth, in numbers. Pure functions, shared by the tool `ladder` and
- * its test. Pictures are 3 floats a pixel. */
+/* error_metrics.h -- how far a picture is from the truth, in numbers. Pure functions, shared by `ladder`,
+ * `render-cli study` and their tests. Pictures are 3 floats a pixel. */
 #ifndef ERROR_METRICS_H
 #define ERROR_METRICS_H
 
@@ -23,6 +23,31 @@ double error_metrics_of_pair(const float *a, const float *b, const float *refere
 
 /* The mean of a variance per pixel and channel, in the weights of relMSE. */
 double error_metrics_of_variance(const float *variance, const float *reference, size_t pixel_count);
+
+/* More figures of a picture against a reference. e is 0.1 mean(R), the root of what relMSE adds to R^2. */
+typedef struct error_figures {
+    double mape;      /* mean over pixels and channels of |I - R| / (|R| + e) */
+    double smape;     /* the same of |I - R| / (|I| + |R| + e): from 0 to 1 */
+    size_t fireflies; /* pixels more than 4 times as bright as all of their 3 x 3 neighbourhood in the reference, to
+                         whose luminance 0.1 of the mean is added */
+} error_figures;
+
+void error_figures_compute(const float *picture, const float *reference, size_t width, size_t height,
+                           error_figures *out);
+
+/* Bias told from noise, by two pictures a and b of one estimator with independent seeds and a reference that is right
+ * on average: their errors have only the bias and the reference's own error in common, so that the mean of
+ * (a - R)(b - R), in the weights of relMSE, less `reference_error` is the bias squared, without the noise. *sigma is
+ * its standard error, from the spread over the pixels. Can come out below 0. */
+double error_metrics_bias(const float *a, const float *b, const float *reference, size_t pixel_count,
+                          double reference_error, double *sigma);
+
+/* relMSE estimated without a reference, from pictures of n, n / 2 and n / 4 samples of the same seed. From one to the
+ * next only the change is known: (I_n - I_n/2)^2 is on average V(n/2) - V(n) where the samples added are worth as much
+ * as those before. With V(n) = V(n/2) 2^-p, and p from the ratio of the two changes, held between 1/2 and 4, V(n) is
+ * the last change times 2^-p / (1 - 2^-p). Relative to the picture itself, averaged over 5 x 5 pixels. NaN if memory
+ * ran out. */
+double error_metrics_estimate(const float *full, const float *half, const float *quarter, size_t width, size_t height);
 
 /* The exponent s of y = c x^s: least squares on logarithms. Points that aren't positive are left out; NaN if there
  * are fewer than two different x. */

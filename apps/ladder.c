@@ -7,8 +7,8 @@
 #include <stdarg.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
+#include "files.h"
 #include "ladder.h"
 
 /* ---- what is said ---- */
@@ -56,24 +56,10 @@ int ladder_report(const ladder *l, brume_result result)
 
 int ladder_make_folder(const char *path)
 {
-    char part[LADDER_PATH];
-    size_t length = strlen(path);
-    if (length >= sizeof part) {
-        ladder_error("%s: the name is too long", path);
-        return LADDER_EXIT_OUTPUT;
-    }
-    memcpy(part, path, length + 1);
-    for (size_t i = 1; i <= length; i++)
-        if (part[i] == '/' || part[i] == 0) {
-            char kept = part[i];
-            part[i] = 0;
-            if (mkdir(part, 0777) != 0 && errno != EEXIST) {
-                ladder_error("%s: cannot be made: %s", part, strerror(errno));
-                return LADDER_EXIT_OUTPUT;
-            }
-            part[i] = kept;
-        }
-    return LADDER_EXIT_OK;
+    int error = files_make_folder(path);
+    if (error)
+        ladder_error("%s: cannot be made: %s", path, strerror(error));
+    return error ? LADDER_EXIT_OUTPUT : LADDER_EXIT_OK;
 }
 
 FILE *ladder_open(const ladder *l, const char *name)

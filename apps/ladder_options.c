@@ -4,6 +4,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "estimators.h"
 #include "ladder.h"
 
 static const char default_scenes[] = "open-beam,half-hidden,slats,bunny-beam,forest-beam,thin-fog,thick-fog,"
@@ -106,48 +107,22 @@ static int parse_folder(const char *option, const char *value, char out[LADDER_F
     return 0;
 }
 
-/* The number that `name` gives to the text from `begin` to `end`; -1: none. */
-static int find_name(const char *(*name)(int), const char *begin, const char *end)
-{
-    for (int i = 0; name(i); i++)
-        if (strlen(name(i)) == (size_t)(end - begin) && strncmp(name(i), begin, (size_t)(end - begin)) == 0)
-            return i;
-    return -1;
-}
-
-static const char *strategy_name(int i) { return brume_strategy_name((brume_strategy)i); }
-static const char *indirect_name(int i) { return brume_indirect_name((brume_indirect)i); }
-
 static int parse_rung(const char *option, const char *value, ladder_rung *out)
 {
     static const char expected[] = "STRATEGY[:POSITIONS][+INDIRECT][+adaptive]";
-    const char *end = value + strcspn(value, ":+");
-    int strategy = find_name(strategy_name, value, end);
+    size_t length = strcspn(value, "+");
     memset(out, 0, sizeof *out);
-    if (strategy < 0 || strlen(value) >= sizeof out->name)
+    if (strlen(value) >= sizeof out->name || !estimators_strategy(value, length, &out->strategy, &out->positions))
         return wrong(option, value, expected);
     memcpy(out->name, value, strlen(value) + 1);
-    out->strategy = (brume_strategy)strategy;
-    if (*end == ':') {
-        const char *text = end + 1;
-        char stop = strchr(text, '+') ? '+' : 0;
-        if (!parse_uint(&text, stop, &out->positions) || out->positions > 64 ||
-            (out->positions & (out->positions - 1)) != 0)
-            return wrong(option, value, expected);
-        end = stop ? text - 1 : text;
-    }
-    while (*end == '+') {
-        const char *part = end + 1;
-        end = part + strcspn(part, "+");
-        if (end - part == 8 && strncmp(part, "adaptive", 8) == 0) {
+    for (const char *part = value + length; *part == '+'; part += length) {
+        length = 1 + strcspn(part + 1, "+");
+        if (length == sizeof "+adaptive" - 1 && strncmp(part, "+adaptive", length) == 0)
             out->adaptive = 1;
-            continue;
-        }
-        int indirect = find_name(indirect_name, part, end);
-        if (indirect < 0)
+        else if (estimators_indirect(part + 1, length - 1, &out->indirect))
+            out->use_indirect = 1;
+        else
             return wrong(option, value, expected);
-        out->use_indirect = 1;
-        out->indirect = (brume_indirect)indirect;
     }
     return 0;
 }

@@ -6,63 +6,10 @@
 
 #include "error_metrics.h"
 #include "ladder.h"
+#include "scene_hash.h"
 
 /* Far from the seeds of what is compared with it. */
 enum { REFERENCE_SEED = 1000003 };
-
-/* ---- the name: FNV-1a (Fowler, Noll & Vo 1991) over the files and settings ---- */
-
-static void hash_bytes(uint64_t *hash, const void *data, size_t size)
-{
-    for (size_t i = 0; i < size; i++)
-        *hash = (*hash ^ ((const unsigned char *)data)[i]) * 0x100000001b3u;
-}
-
-static char *read_text(const char *path, size_t *size)
-{
-    FILE *file = fopen(path, "rb");
-    char *text = NULL;
-    if (file && fseek(file, 0, SEEK_END) == 0) {
-        long length = ftell(file);
-        rewind(file);
-        text = length >= 0 ? malloc((size_t)length + 1) : NULL;
-        if (text && fread(text, 1, (size_t)length, file) == (size_t)length) {
-            text[length] = 0;
-            *size = (size_t)length;
-        } else {
-            free(text);
-            text = NULL;
-        }
-    }
-    if (file)
-        fclose(file);
-    return text;
-}
-
-/* The file, and what it names in quotes that is a file, too: meshes, pictures, included scenes and what those name. */
-static void hash_file(uint64_t *hash, const char *path, int nesting)
-{
-    size_t size = 0, length = strlen(path);
-    char *text = read_text(path, &size);
-    if (!text)
-        return;
-    hash_bytes(hash, text, size);
-    const char *slash = strrchr(path, '/');
-    int is_scene = length > 4 && strcmp(path + length - 4, ".xml") == 0;
-    for (const char *begin = strchr(text, '"'); begin && is_scene && nesting > 0; begin = strchr(begin, '"')) {
-        size_t quoted = strcspn(++begin, "\"");
-        size_t folder = slash && *begin != '/' ? (size_t)(slash + 1 - path) : 0;
-        char name[2 * LADDER_PATH];
-        if (quoted > 4 && quoted < LADDER_PATH && begin[quoted - 4] == '.' && folder < LADDER_PATH) {
-            memcpy(name, path, folder);
-            memcpy(name + folder, begin, quoted);
-            name[folder + quoted] = 0;
-            hash_file(hash, name, nesting - 1);
-        }
-        begin += quoted + (begin[quoted] == '"');
-    }
-    free(text);
-}
 
 /* ---- the file: a line that tells the settings, then the picture's floats as they lie in memory ---- */
 
@@ -150,9 +97,9 @@ int ladder_reference_get(const ladder *l, const ladder_scene *from, const brume_
     snprintf(settings, sizeof settings, "brume reference: %s, %ux%u, depth %s, %s, %u samples or %g s\n", from->name,
              o->width, o->height, o->depth ? o->depth : "of the scene", o->reference.name, o->reference_spp,
              o->reference_seconds);
-    uint64_t hash = 0xcbf29ce484222325u;
-    hash_bytes(&hash, settings, strlen(settings));
-    hash_file(&hash, from->path, 2);
+    uint64_t hash = SCENE_HASH_START;
+    scene_hash_bytes(&hash, settings, strlen(settings));
+    scene_hash_file(&hash, from->path);
     snprintf(path, sizeof path, "%s/%s-%016llx.raw", o->cache, from->name, (unsigned long long)hash);
     snprintf(out->png, sizeof out->png, "%s/%s-%016llx.png", o->cache, from->name, (unsigned long long)hash);
     int code = ladder_make_folder(o->cache);

@@ -16,7 +16,8 @@
 #define TILE_WIDTH (LAYOUT_LANES >= 8 ? 4 : LAYOUT_LANES >= 4 ? 2 : 1)
 
 /* Adds finished paths to the film. */
-FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pixel, ureal32 sample, mask finished) {
+FN void finish_paths(const film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
+                     mask finished) {
     mask broken = finished & (is_bad(p->radiance.r) | is_bad(p->radiance.g) | is_bad(p->radiance.b));
     if (ANY(broken)) {
         lanes_of_ireal is, at, index;
@@ -31,7 +32,11 @@ FN void finish_paths(const film *f, const path *p, __global uint *bad, ireal pix
         }
     }
     mask good = finished & !broken;
-    rgb x = cscale(p->radiance, p->sign);
+    rgb x = p->radiance;
+    x.r = lmin(x.r, most);
+    x.g = lmin(x.g, most);
+    x.b = lmin(x.b, most);
+    x = cscale(x, p->sign);
     film_add(f, FILM_SUM_R, FILM_REST_R, x.r, good);
     film_add(f, FILM_SUM_G, FILM_REST_G, x.g, good);
     film_add(f, FILM_SUM_B, FILM_REST_B, x.b, good);
@@ -96,8 +101,8 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
         if (s.is_pilot) break;
         mask finished = before & !p.alive;
         if (ANY(finished))
-            finish_paths(&f, &p, bad, y * I(params->width) + x, U32(first_sample) + to_ureal32(started) - U32(1),
-                         finished);
+            finish_paths(&f, &p, R(params->clamp), bad, y * I(params->width) + x,
+                         U32(first_sample) + to_ureal32(started) - U32(1), finished);
     }
 }
 

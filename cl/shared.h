@@ -278,7 +278,7 @@ typedef struct {
     int light_tree_blocks;       /* 0: lamps are few, and all are looked at */
     int light_tree_lamps;        /* the first ones, which the tree has */
     float light_tree_scale;      /* 1 / luminous flux of those */
-    int pad;
+    float clamp;                 /* most radiance that a sample counts, per channel; infinite: no clamp */
 } b_params;
 SIZE_IS(b_params, 320);
 

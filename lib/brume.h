@@ -379,6 +379,7 @@ typedef struct brume_render_desc {
     double noise_threshold;    /* stop when the picture's relMSE is estimated to be at most this; 0: none */
     double time_limit;         /* stop when brume_render_create and _run have taken so many seconds; 0: none */
     brume_adaptive adaptive;   /* AUTO */
+    float clamp;               /* most radiance that a sample counts, per channel: less noise, but too dark; 0: none */
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
@@ -411,6 +412,11 @@ typedef int (*brume_progress_callback)(void *user, const brume_progress *progres
 /* Renders what is left of the sample range; BRUME_CANCELLED leaves a film with whole samples, to be read, written, or
  * continued by calling run again. `progress` may be NULL. */
 BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_callback progress, void *user);
+
+/* Changes how many samples per pixel are asked for, from what is begun already upwards: run then renders what is
+ * missing. The film is the same as if it had been asked for at once, so that one render passes through every picture
+ * of fewer samples. */
+BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count);
 
 /* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
  * signal handler. */
@@ -480,6 +486,12 @@ BRUME_API brume_picture_desc brume_picture_desc_default(void);
  * defaults. The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was
  * cut short. */
 BRUME_API brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc);
+
+/* Reads a picture: EXR (channels R, G, B, or Y), PNG, JPEG, HDR. *out_rgb receives height x width x 3 floats of linear
+ * RGB, rows from the top, which brume_picture_free releases. A file that can't be read is a BRUME_ERROR_SCENE. */
+BRUME_API brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width,
+                                          uint32_t *out_height, float **out_rgb);
+BRUME_API void brume_picture_free(float *rgb);
 
 #ifdef __cplusplus
 }

@@ -20,6 +20,7 @@ libtinyobjloader-dev    OBJ meshes
 libassimp-dev           PLY meshes
 libexpat1-dev           scene files
 libcmocka-dev           tests
+gnuplot-nox             the curves of render-cli study
 '
 names=$(printf '%s' "$packages" | sed -n 's/^\([^ ][^ ]*\) .*/\1/p')
 # What else a target needs (make crosscheck).

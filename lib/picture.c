@@ -1,4 +1,4 @@
-/* picture.c -- brume_render_write: which channels and attributes a picture file gets. */
+/* picture.c -- brume_render_write: which channels and attributes a picture file gets; and reading one. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -146,3 +146,19 @@ brume_result brume_render_write(brume_render *render, const char *path, const br
     if (dot && strcasecmp(dot, ".png") == 0) return write_png(render, path, &desc);
     return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
 }
+
+brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width, uint32_t *out_height,
+                                float **out_rgb) {
+    if (!context) return BRUME_ERROR_ARGUMENT;
+    if (!path || !out_width || !out_height || !out_rgb)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_picture_read: NULL argument");
+    brume_image image;
+    brume_result result = brume_image_read(context, path, 0, NULL, &image);
+    if (result != BRUME_OK) return result;
+    *out_width = image.width;
+    *out_height = image.height;
+    *out_rgb = image.texels;
+    return BRUME_OK;
+}
+
+void brume_picture_free(float *rgb) { free(rgb); }

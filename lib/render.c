@@ -3,6 +3,7 @@
 #include "render.h"
 
 #include <float.h>
+#include <math.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -73,6 +74,9 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
         return brume_fail(context, BRUME_ERROR_ARGUMENT,
                           "brume_render_create: a range of samples is fixed; it goes with no noise threshold, time "
                           "limit or adaptive sampling");
+    if (!isfinite(desc->clamp) || desc->clamp < 0)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: clamp is %g; expected a radiance, or 0",
+                          (double)desc->clamp);
     if (scene->context != context)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: the scene is another context's");
     if (!scene->has_sensor) return brume_fail(context, BRUME_ERROR_SCENE, "the scene has no sensor");
@@ -225,6 +229,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                               : desc.strategy == BRUME_STRATEGY_SYSTEMATIC ? SYSTEMATIC_POSITIONS
                               : desc.strategy == BRUME_STRATEGY_AUTO       ? AUTO_POSITIONS
                                                                            : RASTER_POSITIONS;
+    arrays.params.clamp = desc.clamp > 0 ? desc.clamp : INFINITY;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;
@@ -287,6 +292,21 @@ void brume_render_destroy(brume_render *render) {
         if (render->buffers[i]) clReleaseMemObject(render->buffers[i]);
     brume_device_destroy(render->device);
     free(render);
+}
+
+brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    uint32_t begun = render->ends ? (uint32_t)(render->work / render->layout.group_count)
+                                  : render->samples_done + render->pass_samples;
+    if (sample_count < begun || sample_count == 0 || sample_count > UINT32_MAX - render->desc.first_sample)
+        return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT,
+                          "brume_render_set_sample_count: %u is not between the %u samples that are begun and 2^32",
+                          sample_count, begun);
+    render->desc.sample_count = render->stats.sample_count = sample_count;
+    if (!render->ends && render->stage_end > sample_count) render->stage_end = sample_count;
+    render->finished = 0; /* which the next run finds out again, if so */
+    render->stats.complete = !render->ends && render->samples_done == sample_count;
+    return BRUME_OK;
 }
 
 brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out) {

@@ -145,6 +145,8 @@ static void usage_errors(void **state)
         {"a.xml --indirect ray-lights:4", "--indirect"},
         {"a.xml --exposure bright", "--exposure"},
         {"a.xml --exposure nan", "--exposure"},
+        {"a.xml --clamp 0", "--clamp"},
+        {"a.xml --clamp inf", "--clamp"},
         {"a.xml --stats=xml", "--stats"},
         {"a.xml --progress=loud", "--progress"},
         {"a.xml -D width", "--define"},

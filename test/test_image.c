@@ -218,6 +218,16 @@ static void test_exr_reading(void **state) {
     assert_int_equal(brume_image_read(context, path_memory, 0, "s.xml:3:5", &image), BRUME_ERROR_SCENE);
     assert_non_null(strstr(brume_context_message(context), "s.xml:3:5: "));
     assert_non_null(strstr(brume_context_message(context), "expected the channels R, G and B, or Y"));
+    /* the same by the public interface */
+    uint32_t width = 7, height = 7;
+    float *read = NULL;
+    assert_int_equal(brume_picture_read(context, path_memory, &width, &height, &read), BRUME_ERROR_SCENE);
+    assert_int_equal(brume_picture_read(context, NULL, &width, &height, &read), BRUME_ERROR_ARGUMENT);
+    assert_true(width == 7 && height == 7 && read == NULL);
+    assert_int_equal(brume_picture_read(context, in_folder("c.exr"), &width, &height, &read), BRUME_OK);
+    assert_true(width == WIDTH && height == HEIGHT);
+    assert_memory_equal(read, rgb, sizeof rgb);
+    brume_picture_free(read);
 }
 
 /* Every mix of halves and floats over three to five channels. Among them are chunks that compress to exactly their own

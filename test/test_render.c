@@ -1,5 +1,5 @@
 /* test_render.c -- renders as a whole: the same bits whatever the width, the cut of the work and the features compiled;
- * cancelling and continuing; misuse of the API. */
+ * cancelling, continuing and asking for more; a clamp; misuse of the API. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -449,6 +449,70 @@ static void filters_keep_the_brightness(void **state) {
     }
 }
 
+/* One render passes through the pictures of fewer samples, and ends in the one asked for at once. */
+static void more_samples_later_are_the_same(void **state) {
+    fixture *f = *state;
+    static float at_once[PIXELS * 3], grown[PIXELS * 3];
+    brume_scene *scene = build_scene(f, STAGE_FOG | STAGE_AREA);
+    brume_render_desc desc = brume_render_desc_default();
+    brume_render *render;
+    brume_render_stats stats;
+    desc.guides = 0;
+    desc.sample_count = 1;
+    OK(brume_render_create(f->device, scene, &desc, &render));
+    static const uint32_t counts[] = {1, 2, 4, 7, 24};
+    for (size_t i = 0; i < sizeof counts / sizeof counts[0]; i++) {
+        OK(brume_render_set_sample_count(render, counts[i]));
+        OK(brume_render_run(render, NULL, NULL));
+        OK(brume_render_get_stats(render, &stats));
+        assert_int_equal(stats.complete, 1);
+        assert_int_equal(stats.samples, (uint64_t)counts[i] * PIXELS);
+        OK(brume_render_read(render, BRUME_CHANNEL_RADIANCE, grown, PIXELS * 3));
+        desc.sample_count = counts[i];
+        render_with(f, scene, &desc, at_once);
+        assert_memory_equal(grown, at_once, sizeof grown);
+    }
+    assert_int_equal(brume_render_set_sample_count(render, 23), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_render_set_sample_count(render, 0), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_render_set_sample_count(NULL, 32), BRUME_ERROR_ARGUMENT);
+    brume_render_destroy(render);
+    brume_scene_destroy(scene);
+}
+
+/* No pixel of positive samples is brighter than the clamp, light is only ever taken away, and a clamp that nothing
+ * reaches changes no bit. */
+static void a_clamp_takes_what_is_above_it(void **state) {
+    fixture *f = *state;
+    static float open[PIXELS * 3], clamped[PIXELS * 3];
+    brume_scene *scene = build_scene(f, STAGE_FOG | STAGE_AREA);
+    brume_film_desc film;
+    OK(brume_scene_get_film(scene, &film));
+    film.rfilter = BRUME_RFILTER_BOX;
+    OK(brume_scene_set_film(scene, &film));
+    brume_render_desc desc = brume_render_desc_default();
+    desc.use_strategy = 1;
+    desc.strategy = BRUME_STRATEGY_MIS; /* auto takes away what is hidden: below 0 is possible there */
+    desc.sample_count = 4;
+    render_with(f, scene, &desc, open);
+    desc.clamp = 1e30f;
+    render_with(f, scene, &desc, clamped);
+    assert_memory_equal(open, clamped, sizeof open);
+    desc.clamp = 0.25f * (float)mean_of(open, PIXELS * 3);
+    render_with(f, scene, &desc, clamped);
+    int darker = 0;
+    for (size_t i = 0; i < PIXELS * 3; i++) {
+        assert_true(clamped[i] <= open[i] && clamped[i] <= desc.clamp * (1 + 1e-6f));
+        darker += clamped[i] < open[i];
+    }
+    assert_true(darker > 0);
+    brume_render *render = NULL;
+    desc.clamp = -1;
+    assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
+    desc.clamp = NAN;
+    assert_int_equal(brume_render_create(f->device, scene, &desc, &render), BRUME_ERROR_ARGUMENT);
+    brume_scene_destroy(scene);
+}
+
 static void guides_show_the_first_surface(void **state) {
     fixture *f = *state;
     static float normal[PIXELS * 3], albedo[PIXELS * 3], depth[PIXELS];
@@ -486,6 +550,8 @@ int main(void) {
         cmocka_unit_test(destroyed_in_any_order),
         cmocka_unit_test(filters_keep_the_brightness),
         cmocka_unit_test(guides_show_the_first_surface),
+        cmocka_unit_test(more_samples_later_are_the_same),
+        cmocka_unit_test(a_clamp_takes_what_is_above_it),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -1,0 +1,52 @@
+/* files.c -- see files.h. */
+#include "files.h"
+
+#include <errno.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+int files_make_folder(const char *path)
+{
+    size_t length = strlen(path);
+    char *part = malloc(length + 1);
+    int error = part ? 0 : ENOMEM;
+    if (part)
+        memcpy(part, path, length + 1);
+    for (size_t i = 1; i <= length && !error; i++)
+        if (part[i] == '/' || part[i] == 0) {
+            char kept = part[i];
+            part[i] = 0;
+            if (mkdir(part, 0777) != 0 && errno != EEXIST)
+                error = errno;
+            part[i] = kept;
+        }
+    free(part);
+    return error;
+}
+
+int files_write(const char *path, const void *bytes, size_t size)
+{
+    static const char suffix[] = ".tmp";
+    size_t length = strlen(path);
+    char *temporary = malloc(length + sizeof suffix);
+    if (!temporary)
+        return ENOMEM;
+    memcpy(temporary, path, length);
+    memcpy(temporary + length, suffix, sizeof suffix);
+    FILE *file = fopen(temporary, "wb");
+    int error = file ? 0 : errno;
+    if (file) {
+        if (fwrite(bytes, 1, size, file) != size || fflush(file) != 0 || fsync(fileno(file)) != 0)
+            error = errno;
+        if (fclose(file) != 0 && !error)
+            error = errno;
+        if (!error && rename(temporary, path) != 0)
+            error = errno;
+        if (error)
+            unlink(temporary);
+    }
+    free(temporary);
+    return error;
+}
