@@ -80,7 +80,8 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	@mkdir -p $(@D)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
-$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/libbrume.a
+$(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(build)/apps/error_metrics.o \
+                     $(build)/apps/small_png.o $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
 $(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c)) $(build)/apps/error_metrics.o \

@@ -4,7 +4,10 @@
 
 const cli_command_entry cli_commands[CLI_COMMAND_COUNT] = {
     [CLI_RENDER] = {"render", "Renders a Mitsuba 3 scene, with light in fog, on an OpenCL device.", cli_render},
-    [CLI_INFO] = {"info", "Says what is in a scene.", cli_info},
+    [CLI_INFO] = {"info", "Says what is in a scene, which effects it calls for and why, and what is built for them.",
+                  cli_info},
+    [CLI_EFFECTS] = {"effects", "Renders a scene without each of its effects in turn: what each costs and adds.",
+                     cli_effects},
 };
 
 int main(int argc, char **argv)

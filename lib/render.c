@@ -184,6 +184,12 @@ static brume_result build_kernel(brume_render *render, const brume_arrays *array
     return BRUME_OK;
 }
 
+/* 0 where the driver doesn't say. */
+static uint64_t program_bytes(cl_program program) {
+    size_t size = 0; /* of one device's binary */
+    return clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, NULL) == CL_SUCCESS ? size : 0;
+}
+
 static void fill_stats(brume_render *render, const brume_arrays *a) {
     brume_render_stats *s = &render->stats;
     s->width = render->layout.width;
@@ -311,6 +317,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     if (result == BRUME_OK) result = build_kernel(render, &arrays);
     render->stats.upload_seconds = uploaded - start;
     render->stats.build_seconds = brume_seconds() - uploaded;
+    if (result == BRUME_OK) render->stats.program_bytes = program_bytes(render->program);
     brume_arrays_free(&arrays);
     if (result != BRUME_OK) {
         brume_render_destroy(render);
