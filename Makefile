@@ -8,6 +8,7 @@
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
 # make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
 #                    and so on: build/ladder --help
+# make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -48,7 +49,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(wildcard te
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder clean
+.PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck ladder bench-effects clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -152,6 +153,11 @@ crosscheck: $(build)/render-cli
 ladder: $(build)/ladder meshes
 	@sh lib/deps.sh imagemagick fonts-dejavu-core
 	$(build)/ladder $(ARGS)
+
+# ARGS="--bits": what each feature bit is worth; --rounds=N, --scene=I
+bench-effects: $(build)/bench-effects meshes
+	@sh lib/deps.sh python3
+	$(build)/bench-effects $(build) $(ARGS)
 
 clean:
 	rm -rf build out

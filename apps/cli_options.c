@@ -4,12 +4,13 @@
 
 #include "cli_options.h"
 
-enum { RENDER = 1 << CLI_RENDER, EVERY = (1 << CLI_COMMAND_COUNT) - 1 };
+enum { RENDER = 1 << CLI_RENDER, INFO = 1 << CLI_INFO, EFFECTS = 1 << CLI_EFFECTS, EVERY = (1 << CLI_COMMAND_COUNT) - 1 };
 
 const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_OUTPUT] =
-        {RENDER | 1 << CLI_EFFECTS, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
-                                        "(default: the scene's name with .exr, in the current folder)"},
+        {RENDER | EFFECTS, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
+                                                  "(default: the scene's name with .exr, in the current folder);\n"
+                                                  "of effects: folder for effects.json and small pictures (none)"},
     [OPTION_SPP] = {EVERY, 0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] =
         {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
@@ -37,7 +38,7 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_PRECISION] = {EVERY, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
     [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
     [OPTION_STATS] =
-        {RENDER | 1 << CLI_INFO, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
+        {RENDER | INFO, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
     [OPTION_PROGRESS] =
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},

@@ -15,7 +15,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
 
     rgb sigma_s = cmul(m->sigma_t, m->albedo);
     mask scattering = HAS(SCATTERING) ? in & !is_black(sigma_s) : FALSE_MASK;
-    if (!ANY(scattering)) { /* the short way: nothing is random */
+    if (!HAS(SCATTERING) || !ANY(scattering)) { /* the short way: nothing is random */
         p->throughput = cselect(in, cmul(p->throughput, medium_transmittance(m->sigma_t, *t)), p->throughput);
         p->alive = p->alive & !(in & is_black(p->throughput));
         return FALSE_MASK;

@@ -14,8 +14,8 @@
  * rest zeroed. */
 uint32_t brume_effects_find(const brume_scene *scene, brume_effect_report *reports);
 
-/* How many shapes, null surfaces left out, stand where a lamp without extent shines (lib/effects_beams.c). Spheres about
- * them are looked at, so that it may be fewer. 0, or the first shape and its lamp. */
+/* How many shapes, null surfaces left out, stand where a lamp without extent shines (lib/effects_beams.c). Spheres
+ * about them are looked at, so that it may be fewer. 0, or the first shape and its lamp. */
 uint32_t brume_beams_meet(const brume_scene *scene, uint32_t *out_shape, uint32_t *out_lamp);
 
 /* The code that these effects need (lib/features.c). */

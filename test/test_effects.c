@@ -47,7 +47,8 @@ static void what_the_scenes_call_for(void **state) {
                                     EFFECT(DIELECTRIC) | EFFECT(NULL_SURFACES) | EFFECT(QUADRICS)},
         /* max_depth 2 */
         {"scenes/ladder/open-beam.xml", LAMPS_IN_FOG & ~EFFECT(MULTIPLE_SCATTERING)},
-        {"scenes/ladder/hundred-spots.xml", (LAMPS_IN_FOG & ~EFFECT(MULTIPLE_SCATTERING)) | EFFECT(MANY_LIGHTS)},
+        {"scenes/ladder/hundred-spots.xml", (LAMPS_IN_FOG & ~EFFECT(MULTIPLE_SCATTERING)) | EFFECT(MANY_LIGHTS) |
+                                            EFFECT(QUADRICS)},
         {"scenes/ladder/forward-fog.xml", (LAMPS_IN_FOG & ~EFFECT(MULTIPLE_SCATTERING)) | EFFECT(ANISOTROPY)},
         {"scenes/ladder/environment-fog.xml", EFFECT(MEDIA) | EFFECT(ABSORPTION) | EFFECT(SCATTERING) |
                                               EFFECT(BOUNDED_MEDIA) | EFFECT(ENVIRONMENT) | EFFECT(DIFFUSE) |
@@ -211,7 +212,7 @@ static void names_and_misuse(void **state) {
     brume_scene_destroy(scene);
 }
 
-/* ---- pictures ------------------------------------------------------------------------------------------------------ */
+/* ---- pictures --------------------------------------------------------------------------------------------------- */
 
 enum { FLOATS = 17 * 9 * 3 };
 
@@ -315,7 +316,8 @@ static void without_is_a_description_without(void **state) {
           .surface = "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf>"}},
         {EFFECT(TEXTURES),
          {.light = spot, .surface = "<bsdf type='diffuse'><texture name='reflectance' type='checkerboard'>"
-                                    "<rgb name='color0' value='0.25'/><rgb name='color1' value='0.75'/></texture></bsdf>"},
+                                    "<rgb name='color0' value='0.25'/><rgb name='color1' value='0.75'/></texture>"
+                                    "</bsdf>"},
          {.light = spot}},
         {EFFECT(LENS),
          {.light = spot, .sensor = "<float name='aperture_radius' value='0.2'/>"
