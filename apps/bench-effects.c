@@ -46,6 +46,8 @@ typedef struct program {
     uint64_t bytes;
 } program;
 
+static void die(const brume_context *context) __attribute__((noreturn));
+
 static void die(const brume_context *context)
 {
     fprintf(stderr, "bench-effects: %s\n", context ? brume_context_message(context) : "out of memory");

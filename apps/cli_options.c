@@ -4,7 +4,12 @@
 
 #include "cli_options.h"
 
-enum { RENDER = 1 << CLI_RENDER, INFO = 1 << CLI_INFO, EFFECTS = 1 << CLI_EFFECTS, EVERY = (1 << CLI_COMMAND_COUNT) - 1 };
+enum {
+    RENDER = 1 << CLI_RENDER,
+    INFO = 1 << CLI_INFO,
+    EFFECTS = 1 << CLI_EFFECTS,
+    EVERY = (1 << CLI_COMMAND_COUNT) - 1
+};
 
 const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_OUTPUT] =

@@ -3,7 +3,7 @@
 
 What `make bench-effects` compares with: a renderer in which that code was never written. The preprocessor replaces the
 feature macros by numbers; then every `if`, `?:`, `&&` and `||` that hangs on numbers alone is decided, statements
-behind a return are dropped, and so are functions that nobody calls any more. OUT is a folder that BRUME_CL_DIR can name.
+behind a return are dropped, and so are functions that nobody calls any more. OUT is a folder for BRUME_CL_DIR.
 """
 import os
 import re
@@ -216,7 +216,8 @@ def main():
     # What the build gives, it still gives.
     keep = ['-DBVH_STACK=BVH_STACK', '-DLOCAL_SIZE=LOCAL_SIZE']
     text = subprocess.run(['clang', '-E', '-P', '-x', 'cl', '-cl-std=CL1.2', '-cl-no-stdinc', '-target',
-                           'spir64-unknown-unknown', '-DBRUME_DEVICE=1', *keep, *options, '-I', here, os.path.join(here, 'path.cl')],
+                           'spir64-unknown-unknown', '-DBRUME_DEVICE=1', *keep, *options, '-I', here,
+                           os.path.join(here, 'path.cl')],
                           check=True, stdout=subprocess.PIPE, universal_newlines=True).stdout
     nodes, _ = tree(TOKEN.findall(text))
     parts = items(nodes)

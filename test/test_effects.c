@@ -212,6 +212,35 @@ static void names_and_misuse(void **state) {
     brume_scene_destroy(scene);
 }
 
+/* How many programs the table of features can ask for; README.md and cl/shared.h say so. */
+static void there_are_so_many_programs(void **state) {
+    (void)state;
+    /* What needs code, and what each cannot be there without. */
+    static const struct { uint32_t effect, needs; } all[] = {
+        {EFFECT(MEDIA), 0}, {EFFECT(SCATTERING), EFFECT(MEDIA)}, {EFFECT(MULTIPLE_SCATTERING), EFFECT(SCATTERING)},
+        {EFFECT(ANISOTROPY), EFFECT(SCATTERING)}, {EFFECT(CHROMATIC_EXTINCTION), EFFECT(MEDIA)},
+        {EFFECT(EMISSION), EFFECT(MEDIA)}, {EFFECT(SPOT_LIGHTS), 0}, {EFFECT(MANY_LIGHTS), EFFECT(SPOT_LIGHTS)},
+        {EFFECT(AREA_LIGHTS), 0}, {EFFECT(ENVIRONMENT), 0}, {EFFECT(DIELECTRIC), 0}, {EFFECT(NULL_SURFACES), 0},
+        {EFFECT(TEXTURES), 0}, {EFFECT(QUADRICS), 0},
+    };
+    enum { COUNT = sizeof all / sizeof all[0] };
+    static unsigned char seen[FEATURE_ALL + 1];
+    int masks = 0;
+    for (uint32_t pick = 0; pick < 1u << COUNT; pick++) {
+        uint32_t effects = 0, needs = 0;
+        for (int i = 0; i < COUNT; i++)
+            if (pick >> i & 1) {
+                effects |= all[i].effect;
+                needs |= all[i].needs;
+            }
+        uint32_t features = brume_effects_features(effects);
+        if ((effects & needs) != needs || seen[features]) continue;
+        seen[features] = 1;
+        masks++;
+    }
+    assert_int_equal(masks, 2688);
+}
+
 /* ---- pictures --------------------------------------------------------------------------------------------------- */
 
 enum { FLOATS = 17 * 9 * 3 };
@@ -360,6 +389,7 @@ int main(void) {
         cmocka_unit_test(one_effect_more),
         cmocka_unit_test(reports_name_the_object),
         cmocka_unit_test(names_and_misuse),
+        cmocka_unit_test(there_are_so_many_programs),
         cmocka_unit_test(every_covering_mask_gives_the_same_bits),
         cmocka_unit_test(without_is_a_description_without),
     };
