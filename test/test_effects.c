@@ -336,6 +336,10 @@ static void without_is_a_description_without(void **state) {
          {.light = spot, .medium = fog, .surface = "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf>"},
          {DEPTH("2"), .light = spot, .medium = fog,
           .surface = "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf>"}},
+        /* the same for light that paths meet by themselves; emitters that name no bsdf are black */
+        {EFFECT(MULTIPLE_SCATTERING), {.light = "<emitter type='constant'/>", .medium = fog,
+                                       .surface = "<emitter type='area'/>"},
+         {DEPTH("2"), .light = "<emitter type='constant'/>", .medium = fog, .surface = "<emitter type='area'/>"}},
         {EFFECT(SPOT_LIGHTS), {.light = SPOT("60") "<emitter type='point'/>"}, {.light = "<emitter type='point'/>"}},
         {EFFECT(ENVIRONMENT), {.light = SPOT("60") "<emitter type='constant'/>"}, {.light = spot}},
         {EFFECT(AREA_LIGHTS), {.light = spot, .surface = "<bsdf type='diffuse'/><emitter type='area'/>"},
