@@ -11,6 +11,7 @@
 # make estimates     is a picture as wrong as it says, and done when it said? A table, in about ten minutes
 # make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
+# make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -53,7 +54,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 first := $(filter deps,$(MAKECMDGOALS))
 
 .PHONY: all deps demo meshes test check-cl check-oclgrind crosscheck check-study study-picture ladder estimates \
-        clean
+        bench-effects clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -86,7 +87,8 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
 # What render-cli and ladder share.
-judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file scene_hash)
+judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file scene_hash \
+            small_png)
 
 $(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
@@ -179,6 +181,11 @@ ladder: $(build)/ladder meshes
 # ARGS="--scene slats --seeds 20 --size 160x100"
 estimates: $(build)/estimates meshes
 	$(build)/estimates $(ARGS)
+
+# ARGS="--bits": what each feature bit is worth; --rounds=N, --scene=I
+bench-effects: $(build)/bench-effects meshes
+	@sh lib/deps.sh python3
+	$(build)/bench-effects $(build) $(ARGS)
 
 clean:
 	rm -rf build out

@@ -8,7 +8,10 @@ const cli_command_entry cli_commands[CLI_COMMAND_COUNT] = {
                             "error,\n"
                             "and writes a page with curves, tables and pictures (study.html), and CSV, JSON, SVG, PNG.",
                    cli_study},
-    [CLI_INFO] = {"info", "Says what is in a scene.", cli_info},
+    [CLI_INFO] = {"info", "Says what is in a scene, which effects it calls for and why, and what is built for them.",
+                  cli_info},
+    [CLI_EFFECTS] = {"effects", "Renders a scene without each of its effects in turn: what each costs and adds.",
+                     cli_effects},
 };
 
 int main(int argc, char **argv)

@@ -23,7 +23,8 @@ enum {
 typedef enum cli_command {
     CLI_RENDER = 0, /* also without a name: render-cli SCENE.xml */
     CLI_INFO = 1,
-    CLI_STUDY = 2,
+    CLI_EFFECTS = 2,
+    CLI_STUDY = 3,
     CLI_COMMAND_COUNT
 } cli_command;
 
@@ -40,6 +41,7 @@ extern const cli_command_entry cli_commands[CLI_COMMAND_COUNT]; /* in cli.c */
 
 int cli_render(brume_context *context, const cli_options *options, cli_progress *progress);
 int cli_info(brume_context *context, const cli_options *options, cli_progress *progress);
+int cli_effects(brume_context *context, const cli_options *options, cli_progress *progress);
 int cli_study(brume_context *context, const cli_options *options, cli_progress *progress);
 
 /* ---- options (cli_options.c, cli_values.c) ---- */
@@ -161,6 +163,8 @@ typedef struct cli_run {
 
 /* One JSON object on one line. */
 void cli_stats_print(FILE *file, const cli_run *run);
+/* Members ,"effects":[...],"without":[...],"features_built":[...],"features_left_out":[...] of such an object. */
+void cli_stats_effects(FILE *file, const brume_render_stats *stats);
 /* A few lines for -v. */
 void cli_stats_summary(FILE *file, const cli_run *run);
 

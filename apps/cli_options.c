@@ -6,6 +6,8 @@
 
 enum {
     RENDER = 1 << CLI_RENDER,
+    INFO = 1 << CLI_INFO,
+    EFFECTS = 1 << CLI_EFFECTS,
     STUDY = 1 << CLI_STUDY,
     EVERY = (1 << CLI_COMMAND_COUNT) - 1,
     ONE_RENDER = EVERY & ~STUDY /* what a study varies itself */
@@ -13,8 +15,9 @@ enum {
 
 const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_OUTPUT] =
-        {RENDER, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
-                                        "(default: the scene's name with .exr, in the current folder)"},
+        {RENDER | EFFECTS, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
+                                                  "(default: the scene's name with .exr, in the current folder);\n"
+                                                  "of effects: folder for effects.json and small pictures (none)"},
     [OPTION_SPP] = {ONE_RENDER, 0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] =
         {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
@@ -35,6 +38,11 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_INDIRECT] =
         {ONE_RENDER, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
                                        "ray-lights (default: the scene's, else auto)"},
+    [OPTION_WITHOUT] =
+        {EVERY, 0, "without", "EFFECT,...", "effects to take away from the scene: media, absorption, emission,\n"
+                                            "scattering, multiple-scattering, anisotropy, textures, lens,\n"
+                                            "chromatic-extinction, {point,spot,directional,area}-lights,\n"
+                                            "environment; render-cli effects says what each is worth"},
     [OPTION_CROP] =
         {ONE_RENDER, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {EVERY, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
@@ -45,7 +53,7 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_PRECISION] = {ONE_RENDER, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
     [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
     [OPTION_STATS] =
-        {RENDER, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
+        {RENDER | INFO, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
     [OPTION_PROGRESS] =
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},
@@ -119,7 +127,7 @@ void cli_print_help(FILE *file, cli_command command)
 }
 
 /* Optimal string alignment distance (insert, delete, replace, swap neighbours), capped: names are short. */
-static int spelling_distance(const char *a, size_t a_length, const char *b)
+int cli_spelling_distance(const char *a, size_t a_length, const char *b)
 {
     enum { LIMIT = 24 };
     size_t b_length = strlen(b);
@@ -148,7 +156,7 @@ static int unknown_option(const char *name, size_t length)
 {
     int best = -1, best_distance = 4;
     for (int i = 0; i < OPTION_COUNT; i++) {
-        int distance = spelling_distance(name, length, cli_option_table[i].name);
+        int distance = cli_spelling_distance(name, length, cli_option_table[i].name);
         if (distance < best_distance && distance * 2 <= (int)length) {
             best = i;
             best_distance = distance;

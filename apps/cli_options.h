@@ -15,6 +15,7 @@ typedef enum option_id {
     OPTION_SEED,
     OPTION_STRATEGY,
     OPTION_INDIRECT,
+    OPTION_WITHOUT,
     OPTION_CROP,
     OPTION_DEFINE,
     OPTION_EXPOSURE,
@@ -50,6 +51,9 @@ typedef struct cli_option {
 } cli_option;
 
 extern const cli_option cli_option_table[OPTION_COUNT];
+
+/* Optimal string alignment distance between the first `a_length` letters of a and b, at most 24. */
+int cli_spelling_distance(const char *a, size_t a_length, const char *b);
 
 /* Stores an option's value. 0, or the exit code after an error line. */
 int cli_option_set(cli_options *options, option_id id, const char *value);

@@ -64,6 +64,30 @@ static double samples_per_second(const brume_render_stats *stats)
     return stats->render_seconds > 0 ? (double)stats->samples / stats->render_seconds : 0;
 }
 
+/* ,"name":["a","b"] of the numbers in a set */
+static void member_set(FILE *file, const char *name, uint32_t set, const char *(*name_of)(uint32_t))
+{
+    int some = 0;
+    fprintf(file, ",\"%s\":[", name);
+    for (uint32_t i = 0; name_of(i); i++)
+        if (set >> i & 1)
+            fprintf(file, "%s\"%s\"", some++ ? "," : "", name_of(i));
+    fputc(']', file);
+}
+
+static const char *effect_name(uint32_t number)
+{
+    return brume_effect_name((brume_effect)number);
+}
+
+void cli_stats_effects(FILE *file, const brume_render_stats *stats)
+{
+    member_set(file, "effects", stats->effects, effect_name);
+    member_set(file, "without", stats->without, effect_name);
+    member_set(file, "features_built", stats->features, brume_feature_name);
+    member_set(file, "features_left_out", ~stats->features, brume_feature_name);
+}
+
 void cli_stats_print(FILE *file, const cli_run *run)
 {
     const brume_render_stats *stats = run->stats;
@@ -127,6 +151,8 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_number(file, "write_seconds", run->write_seconds);
     member_number(file, "total_seconds", run->total_seconds);
     member_number(file, "samples_per_second", samples_per_second(stats));
+    member_count(file, "program_bytes", stats->program_bytes);
+    cli_stats_effects(file, stats);
     fputs(",\"parameters\":{", file);
     for (size_t i = 0; i < run->options->parameter_count; i++) {
         if (i > 0)

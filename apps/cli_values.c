@@ -77,6 +77,47 @@ static int parse_indirect(brume_render_desc *render, const char *value)
     return 0;
 }
 
+static int unknown_effect(const char *name, size_t length)
+{
+    const char *best = NULL, *known;
+    int best_distance = 4;
+    for (int i = 0; (known = brume_effect_name((brume_effect)i)) != NULL; i++) {
+        int distance = cli_spelling_distance(name, length, known);
+        if (distance < best_distance && distance * 2 <= (int)length && brume_effect_removable((brume_effect)i)) {
+            best = known;
+            best_distance = distance;
+        }
+    }
+    if (best)
+        cli_error("--without: unknown effect %.*s; did you mean %s?", (int)length, name, best);
+    else
+        cli_error("--without: unknown effect %.*s; --help lists them", (int)length, name);
+    return CLI_EXIT_USAGE;
+}
+
+/* NAME,NAME,... */
+static int parse_without(brume_render_desc *render, const char *value)
+{
+    for (const char *name = value;; name++) {
+        size_t length = strcspn(name, ",");
+        const char *known;
+        int i = 0;
+        while ((known = brume_effect_name((brume_effect)i)) != NULL &&
+               (strlen(known) != length || strncmp(known, name, length) != 0))
+            i++;
+        if (!known)
+            return unknown_effect(name, length);
+        if (!brume_effect_removable((brume_effect)i)) {
+            cli_error("--without: %s can't be taken away; --help lists what can", known);
+            return CLI_EXIT_USAGE;
+        }
+        render->without |= 1u << i;
+        name += length;
+        if (!*name)
+            return 0;
+    }
+}
+
 int cli_option_set(cli_options *options, option_id id, const char *value)
 {
     brume_render_desc *render = &options->render;
@@ -85,7 +126,7 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     char *end;
     switch (id) {
     case OPTION_OUTPUT:
-        if (!cli_output_known(value)) {
+        if (options->command == CLI_RENDER && !cli_output_known(value)) {
             cli_error("%s: the extension must be .exr or .png", value);
             return CLI_EXIT_USAGE;
         }
@@ -126,6 +167,8 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return parse_strategy(render, value);
     case OPTION_INDIRECT:
         return parse_indirect(render, value);
+    case OPTION_WITHOUT:
+        return parse_without(render, value);
     case OPTION_CROP:
         if (!parse_uint(&text, ',', &x0) || !parse_uint(&text, ',', &x1) || !parse_uint(&text, ',', &y0) ||
             !parse_uint(&text, 0, &y1) || x0 >= x1 || y0 >= y1)

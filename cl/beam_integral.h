@@ -57,8 +57,7 @@ FN integral beam_integral(const beam *g, const lamp *l, beam_interval i, const m
     real pole = R(2) * llog(h + sqrt(fma(h, h, R(1))));
     real peak = m->g < R(0) ? R(PI / 2) : R(-PI / 2);
     real thickest = cmax(m->sigma_t);
-    mask grey = (m->sigma_t.r == m->sigma_t.g) & (m->sigma_t.g == m->sigma_t.b);
-    int chromatic = ANY(!grey);
+    int chromatic = HAS(CHROMATIC) ? ANY(!medium_is_grey(m)) : 0;
 
     for (int panel = 0; panel < 3; panel++) {
         real low = panel == 0 ? R(0) : panel == 1 ? cut0 : cut1, high = panel == 0 ? cut0 : panel == 1 ? cut1 : i.width;

@@ -45,6 +45,7 @@ FN medium medium_of(const scene *s, ireal id) {
 
 /* exp(-sigma t), 1 for sigma = 0 however long the way. */
 FN rgb medium_transmittance(rgb sigma_t, real t) {
+    if (!HAS(CHROMATIC)) return cgrey(lexp(-sigma_t.r * t));
     return cmake(lexp(-sigma_t.r * t), lexp(-sigma_t.g * t), lexp(-sigma_t.b * t));
 }
 
@@ -56,6 +57,7 @@ FN real transmittance_integral(real sigma, real t) {
 }
 
 FN rgb medium_emission(const medium *m, real t) {
+    if (!HAS(CHROMATIC)) return cscale(m->emission, transmittance_integral(m->sigma_t.r, t));
     return cmul(m->emission, cmake(transmittance_integral(m->sigma_t.r, t), transmittance_integral(m->sigma_t.g, t),
                                    transmittance_integral(m->sigma_t.b, t)));
 }
@@ -66,24 +68,37 @@ typedef struct {
     rgb weight; /* to multiply the throughput with: albedo and transmittance over the density */
 } flight;
 
+FN mask medium_is_grey(const medium *m) {
+    return (m->sigma_t.r == m->sigma_t.g) & (m->sigma_t.g == m->sigma_t.b);
+}
+
 FN flight medium_flight(const medium *m, rgb throughput, real t_end, real u_channel, real u_flight) {
     flight f;
-    real sum = throughput.r + throughput.g + throughput.b;
-    sum = sum > R(0) ? sum : R(1);
-    rgb q = cscale(throughput, R(1) / sum);
-    real sigma = u_channel < q.r ? m->sigma_t.r : u_channel < q.r + q.g ? m->sigma_t.g : m->sigma_t.b;
+    real sigma = m->sigma_t.r;
+    rgb q = cgrey(R(0));
+    int chromatic = HAS(CHROMATIC) ? ANY(!medium_is_grey(m)) : 0;
+    if (chromatic) {
+        real sum = throughput.r + throughput.g + throughput.b;
+        sum = sum > R(0) ? sum : R(1);
+        q = cscale(throughput, R(1) / sum);
+        sigma = u_channel < q.r ? m->sigma_t.r : u_channel < q.r + q.g ? m->sigma_t.g : m->sigma_t.b;
+    }
     real t = sigma > R(0) ? -llog(u_flight) / lmax(sigma, R(1e-30)) : R(1e30);
     f.scatters = t < t_end;
     f.t = f.scatters ? t : t_end;
-    /* Relative to the thinnest channel, so that no optical depth underflows in all of them. */
-    real thinnest = cmin(m->sigma_t);
-    rgb relative = medium_transmittance(csub(m->sigma_t, cgrey(thinnest)), f.t);
-    rgb collide = cmul(m->sigma_t, relative);
-    real density_collide = q.r * collide.r + q.g * collide.g + q.b * collide.b;
-    real density_pass = q.r * relative.r + q.g * relative.g + q.b * relative.b;
-    rgb scattered = cscale(cmul(m->albedo, collide), R(1) / lmax(density_collide, R(1e-37)));
-    rgb passed = cscale(relative, R(1) / lmax(density_pass, R(1e-37)));
-    f.weight = cselect(f.scatters, scattered, passed);
+    /* Grey: the density cancels all but the albedo. */
+    f.weight = cselect(f.scatters, m->albedo, cgrey(R(1)));
+    if (chromatic) {
+        /* Relative to the thinnest channel, so that no optical depth underflows in all of them. */
+        real thinnest = cmin(m->sigma_t);
+        rgb relative = medium_transmittance(csub(m->sigma_t, cgrey(thinnest)), f.t);
+        rgb collide = cmul(m->sigma_t, relative);
+        real density_collide = q.r * collide.r + q.g * collide.g + q.b * collide.b;
+        real density_pass = q.r * relative.r + q.g * relative.g + q.b * relative.b;
+        rgb scattered = cscale(cmul(m->albedo, collide), R(1) / lmax(density_collide, R(1e-37)));
+        rgb passed = cscale(relative, R(1) / lmax(density_pass, R(1e-37)));
+        f.weight = cselect(medium_is_grey(m), f.weight, cselect(f.scatters, scattered, passed));
+    }
     return f;
 }
 

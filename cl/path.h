@@ -128,7 +128,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
         pdf = spread ? b.pdf : pdf;
         p->eta = at_surface ? p->eta * b.eta : p->eta;
     }
-    if (HAS(MEDIA) && ANY(v->in_medium)) {
+    if (FLIES && ANY(v->in_medium)) {
         real phase;
         vec turned = phase_hg_sample(p->d, v->g, unit(u.y), unit(u.z), &phase);
         if (HAS(DELTA_LIGHTS) ? INDIRECT == INDIRECT_MIXTURE : 0)
@@ -157,6 +157,8 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     p->alive = p->alive & !is_black(p->throughput) & (p->segments < I(MAX_SEGMENTS)) & (p->t_max > R(0));
     if (HAS(MEDIA)) p->medium = on_surface ? medium_beyond(s, v->shape, v->ng, d, p->medium) : p->medium;
     path_roulette(s, p, unit(u.w), turns & p->alive);
+    /* One more edge, for light that it meets. */
+    if (FLIES && s->params->single_scattering) p->depth = v->in_medium ? I(s->params->max_depth - 1) : p->depth;
 }
 
 /* One segment for every living lane. */

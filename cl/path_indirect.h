@@ -195,7 +195,7 @@ FN void path_connect(const scene *s, path *p, const medium *m, real t_end, mask 
     if (!ANY(live)) return;
     random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_INDIRECT));
     real sigma = cmean(m->sigma_t), choice = unit(u.w);
-    mask shaped = live & (fabs(m->g) > R(CONNECT_PEAKED));
+    mask shaped = HAS(ANISOTROPY) ? live & (fabs(m->g) > R(CONNECT_PEAKED)) : FALSE_MASK;
     connection c = connect_ray(r, p->o, p->d, t_end, m, unit(u.x), unit(u.y), shaped);
     real a = luminance(cmul(c.value, p->throughput)) * lexp(-sigma * c.distance), share = R(1);
     mask reflects = live & r->diffuse & !is_black(r->bounce);

@@ -44,7 +44,7 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     lamp l = lamp_gather(s, live ? choice : I(0));
     lamp_arrival a = lamp_at(s, &l, v->p);
     rgb f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, a.wi)).f;
-    if (STRATEGY == STRATEGY_DISTANCE && HAS(MEDIA)) f = cselect(v->in_medium, cgrey(phase_hg(p->d, a.wi, v->g)), f);
+    if (STRATEGY == STRATEGY_DISTANCE && FLIES) f = cselect(v->in_medium, cgrey(phase_hg(p->d, a.wi, v->g)), f);
     rgb value = cscale(cmul(f, a.irradiance), R(1) / lmax(share, R(1e-30)));
     live = live & !is_black(value);
     if (!ANY(live)) return;
@@ -69,7 +69,7 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
         f = value.f;
         pdf = value.pdf;
     }
-    if (HAS(MEDIA) && ANY(live & v->in_medium)) {
+    if (FLIES && ANY(live & v->in_medium)) {
         real phase = phase_hg(p->d, e.wi, v->g);
         f = cselect(v->in_medium, cgrey(phase), f);
         pdf = v->in_medium ? phase : pdf;

@@ -6,17 +6,20 @@
 #include "scatter_segment.h"
 #include "visibility.h"
 
-/* Whether lamps are gathered along segments; else where a path scatters, or never. */
-#define STRATEGY_GATHERS (STRATEGY != STRATEGY_SPHERICAL && STRATEGY != STRATEGY_DISTANCE)
-
 /* Everything that the medium does along the segment up to t; returns which lanes scatter, and moves `t` there. */
 FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     mask in = p->alive & (p->medium >= I(0));
     ireal max_depth = I(s->params->max_depth);
-    path_add(p, in, medium_emission(m, *t));
+    mask glows = HAS(EMISSION) ? in & !is_black(m->emission) : FALSE_MASK;
+    if (ANY(glows)) path_add(p, glows, medium_emission(m, *t));
 
-    mask scattering = in & ((m->sigma_t.r * m->albedo.r > R(0)) | (m->sigma_t.g * m->albedo.g > R(0)) |
-                            (m->sigma_t.b * m->albedo.b > R(0)));
+    rgb sigma_s = cmul(m->sigma_t, m->albedo);
+    mask scattering = HAS(SCATTERING) ? in & !is_black(sigma_s) : FALSE_MASK;
+    if (!HAS(SCATTERING) || !ANY(scattering)) { /* the short way: nothing is random */
+        p->throughput = cselect(in, cmul(p->throughput, medium_transmittance(m->sigma_t, *t)), p->throughput);
+        p->alive = p->alive & !(in & is_black(p->throughput));
+        return FALSE_MASK;
+    }
     random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_MEDIUM));
     mask camera = p->segments == I(0);
     if (ANY(camera)) {
@@ -52,16 +55,23 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     int edges = s->params->surfaces_emit ? 2 : STRATEGY_GATHERS ? 3 : 2;
     if (INDIRECT_IS_RAYS && edges == 3 && !s->params->has_specular) edges = 4; /* the next one has been connected */
     ireal needed = p->depth + I(edges);
-    mask may = scattering & (needed <= max_depth);
-    real t_end = may ? *t : R(0);
-    flight f = STRATEGY == STRATEGY_SPHERICAL ? medium_flight_uniform(m, p->throughput, t_end, u)
-                                              : medium_flight(m, p->throughput, t_end, unit(u.y), unit_positive(u.w));
-    rgb through = cselect(may, f.weight, medium_transmittance(m->sigma_t, *t));
-    rgb before = p->throughput;
-    p->throughput = cselect(in, cmul(p->throughput, through), p->throughput);
-    mask scatters = may & f.scatters;
-    if (SCATTERS_EMITTERS) {
-        mask flew = scatters & p->alive;
+    mask may = FLIES ? scattering & (needed <= max_depth) : FALSE_MASK;
+    /* What has been scattered would have to scatter again: not with single scattering. */
+    if (s->params->single_scattering && edges > 2) may = FALSE_MASK;
+    rgb through = medium_transmittance(m->sigma_t, *t), before = p->throughput;
+    mask scatters = FALSE_MASK;
+    flight f;
+    f.t = *t;
+    if (ANY(may)) {
+        real t_end = may ? *t : R(0);
+        f = STRATEGY == STRATEGY_SPHERICAL ? medium_flight_uniform(m, before, t_end, u)
+                                           : medium_flight(m, before, t_end, unit(u.y), unit_positive(u.w));
+        through = cselect(may, f.weight, through);
+        scatters = may & f.scatters;
+    }
+    p->throughput = cselect(in, cmul(before, through), before);
+    mask flew = scatters & p->alive;
+    if (SCATTERS_EMITTERS && ANY(flew)) {
         flight_record r;
         r.before = p->d;
         r.back = f.t;

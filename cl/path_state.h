@@ -30,7 +30,7 @@ typedef struct {
     flight_record flew; /* with SCATTERS_EMITTERS, where from_medium */
 } path;
 
-#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && HAS(MEDIA) && HAS(DELTA_LIGHTS))
+#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
 
 FN void path_add(path *p, mask m, rgb value) {
     p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);

@@ -14,7 +14,7 @@
 #include "medium.h"
 #include "phase_hg.h"
 
-#define SCATTERS_EMITTERS (HAS(MEDIA) && (HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && STRATEGY_IS_PRODUCT)
+#define SCATTERS_EMITTERS (FLIES && (HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && STRATEGY_IS_PRODUCT)
 
 /* An emitter as a lamp. `random`: x chooses, y and z place. */
 FN lamp emitter_lamp(const scene *s, vec o, vec d, real t_end, random4 random, mask live) {

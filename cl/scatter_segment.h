@@ -249,8 +249,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         return sum;
     }
     real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
-    mask grey = (at->m.sigma_t.r == at->m.sigma_t.g) & (at->m.sigma_t.g == at->m.sigma_t.b);
-    int chromatic = ANY(rest & !grey);
+    int chromatic = HAS(CHROMATIC) ? ANY(rest & !medium_is_grey(&at->m)) : 0;
     for (int j = 0; j < most; j++) {
         mask dark = to_ireal(((j < 32 ? low.all >> U32(j) : high.all >> U32(j - 32))) & U32(1)) != I(0);
         mask lit = rest & (I(j) < count) & !dark;

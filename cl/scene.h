@@ -2,22 +2,10 @@
 #ifndef BRUME_SCENE_CL_H
 #define BRUME_SCENE_CL_H
 
-#include "shared.h"
+#include "features.h"
 #include "lane.h"
 #include "vec.h"
 #include "traverse.h"
-
-#ifndef FEATURES
-#define FEATURES FEATURE_ALL
-#endif
-#define HAS(feature) ((FEATURES & FEATURE_##feature) != 0)
-#ifndef STRATEGY
-#define STRATEGY STRATEGY_AUTO
-#endif
-#define STRATEGY_IS_PRODUCT (STRATEGY == STRATEGY_AUTO || STRATEGY >= STRATEGY_PRODUCT)
-#ifndef INDIRECT
-#define INDIRECT INDIRECT_AUTO
-#endif
 
 typedef struct {
     __global const b_params *params;

@@ -31,7 +31,12 @@ typedef uint32_t b_uint;
 #define FEATURE_TEXTURES 128
 #define FEATURE_GUIDES 256     /* first-hit albedo, normal and depth are recorded */
 #define FEATURE_MANY_LIGHTS 512 /* a light tree */
-#define FEATURE_ALL 1023
+#define FEATURE_FLIGHTS 1024   /* paths scatter in media, and go on from there */
+#define FEATURE_CHROMATIC 2048 /* extinction that differs between colours */
+#define FEATURE_EMISSION 4096  /* media that glow */
+#define FEATURE_ANISOTROPY 8192 /* media with a mean cosine other than 0 */
+#define FEATURE_SCATTERING 16384 /* media that scatter: else they only absorb and glow, exactly */
+#define FEATURE_ALL 32767
 
 /* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
 #define STRATEGY_AUTO 0
@@ -279,8 +284,10 @@ typedef struct {
     int light_tree_lamps;        /* the first ones, which the tree has */
     float light_tree_scale;      /* 1 / luminous flux of those */
     float clamp;                 /* most radiance that a sample counts, per channel; infinite: no clamp */
+    int single_scattering;       /* media scatter only what comes straight from a light */
+    int pad[3];
 } b_params;
-SIZE_IS(b_params, 320);
+SIZE_IS(b_params, 336);
 
 /* ---- film ------------------------------------------------------------------------------------------------------- */
 

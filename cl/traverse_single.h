@@ -2,15 +2,11 @@
 #ifndef BRUME_TRAVERSE_SINGLE_H
 #define BRUME_TRAVERSE_SINGLE_H
 
-#include "shared.h"
+#include "features.h"
 #include "vec.h"
 #include "wide.h"
 #include "intersect_triangle.h"
 #include "intersect_quadric.h"
-
-#ifndef FEATURES
-#define FEATURES FEATURE_ALL
-#endif
 
 /* Enough for every tree (bvh.h bounds the depth); the host passes what its tree needs. */
 #ifndef BVH_STACK

@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "clock.h"
+#include "effects.h"
 
 /* cl/shared.h promises these sizes to every device compiler. */
 #define PIN(type, size) typedef char pin_##type[sizeof(type) == (size) ? 1 : -1]
@@ -19,7 +20,7 @@ PIN(b_medium, 48);
 PIN(b_light, 96);
 PIN(b_light_block, 640);
 PIN(b_emitter, 16);
-PIN(b_params, 320);
+PIN(b_params, 336);
 
 brume_result brume_arrays_alloc(const brume_scene *scene, const char *what, size_t count, size_t size,
                                 void *out_pointer) {
@@ -81,20 +82,13 @@ static void integrator(const brume_scene *scene, b_params *p) {
     p->hide_emitters = desc->hide_emitters != 0;
     p->ignore_media = desc->ignore_media != 0;
     p->seed = desc->seed;
-}
-
-static int surfaces_emit(const brume_arrays *arrays) {
-    if (arrays->emitter_count || (arrays->features & FEATURE_ENVIRONMENT))
-        return 1;
-    for (uint32_t i = 0; i < arrays->medium_count && (arrays->features & FEATURE_MEDIA); i++)
-        for (int c = 0; c < 3; c++)
-            if (arrays->media[i].emission[c] > 0)
-                return 1;
-    return 0;
+    p->single_scattering = desc->single_scattering != 0;
 }
 
 static brume_result build(const brume_scene *scene, const uint32_t crop[4], brume_arrays *arrays) {
     b_params *p = &arrays->params;
+    uint32_t effects = brume_effects_find(scene, NULL);
+    arrays->features = brume_effects_features(effects);
     BRUME_TRY(brume_arrays_camera(scene, crop, arrays));
     BRUME_TRY(brume_arrays_filter(scene, arrays));
     integrator(scene, p);
@@ -103,9 +97,10 @@ static brume_result build(const brume_scene *scene, const uint32_t crop[4], brum
     BRUME_TRY(brume_arrays_media(scene, arrays));
     BRUME_TRY(brume_arrays_lights(scene, arrays));
     BRUME_TRY(brume_arrays_environment(scene, arrays));
-    if (p->quadric_count)
-        arrays->features |= FEATURE_QUADRICS;
-    p->surfaces_emit = surfaces_emit(arrays);
+    /* Only building it tells whether a tree is worth having. */
+    if (!p->light_tree_blocks)
+        arrays->features &= ~(uint32_t)FEATURE_MANY_LIGHTS;
+    p->surfaces_emit = (effects & (EFFECT(AREA_LIGHTS) | EFFECT(ENVIRONMENT) | EFFECT(EMISSION))) != 0;
     p->has_null = (arrays->features & FEATURE_NULL) != 0;
     p->has_specular = (arrays->features & FEATURE_SPECULAR) != 0;
     double start = brume_seconds();

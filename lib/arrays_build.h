@@ -11,17 +11,16 @@
  * name no bsdf are left with -1. */
 brume_result brume_arrays_geometry(const brume_scene *scene, brume_arrays *arrays);
 
-/* bsdfs, and those of the shapes that name none; textures and their texels; FEATURE_SPECULAR, NULL, TEXTURES. */
+/* bsdfs, and those of the shapes that name none; textures and their texels. */
 brume_result brume_arrays_surfaces(const brume_scene *scene, brume_arrays *arrays);
 
-/* media, the sensor's too; FEATURE_MEDIA. */
+/* media, the sensor's too. */
 brume_result brume_arrays_media(const brume_scene *scene, brume_arrays *arrays);
 
-/* lights and their tree, emitters and their part of cdf; FEATURE_DELTA_LIGHTS, MANY_LIGHTS, AREA_LIGHTS. After
- * geometry. */
+/* lights and their tree, emitters and their part of cdf. After geometry. */
 brume_result brume_arrays_lights(const brume_scene *scene, brume_arrays *arrays);
 
-/* The environment's radiance, or its texels and its part of cdf; FEATURE_ENVIRONMENT. After surfaces and lights. */
+/* The environment's radiance, or its texels and its part of cdf. After surfaces and lights. */
 brume_result brume_arrays_environment(const brume_scene *scene, brume_arrays *arrays);
 
 /* The camera, the film's size and crop, and the reconstruction filter. */

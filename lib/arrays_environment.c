@@ -118,7 +118,5 @@ brume_result brume_arrays_environment(const brume_scene *scene, brume_arrays *ar
             memcpy(p->environment_radiance, desc->intensity, sizeof p->environment_radiance);
         }
     }
-    if (p->environment != ENVIRONMENT_NONE)
-        arrays->features |= FEATURE_ENVIRONMENT;
     return BRUME_OK;
 }

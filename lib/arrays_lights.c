@@ -59,14 +59,9 @@ static brume_result delta_lights(const brume_scene *scene, brume_arrays *arrays)
         const brume_light_desc *desc = &scene->lights[i].desc;
         if (desc->kind == BRUME_LIGHT_CONSTANT || desc->kind == BRUME_LIGHT_ENVMAP)
             continue;
-        b_light light = make_light(desc);
-        if (light.texture >= 0)
-            arrays->features |= FEATURE_TEXTURES;
-        arrays->lights[arrays->light_count++] = light;
+        arrays->lights[arrays->light_count++] = make_light(desc);
     }
     arrays->params.light_count = (int)arrays->light_count;
-    if (arrays->light_count)
-        arrays->features |= FEATURE_DELTA_LIGHTS;
     return BRUME_OK;
 }
 
@@ -142,7 +137,6 @@ static brume_result emitters(const brume_scene *scene, brume_arrays *arrays) {
     free(weights);
     arrays->params.emitter_cdf = (int)first;
     arrays->params.emitter_count = (int)arrays->emitter_count;
-    arrays->features |= FEATURE_AREA_LIGHTS;
     return BRUME_OK;
 }
 
@@ -159,7 +153,6 @@ static brume_result light_tree(const brume_scene *scene, brume_arrays *arrays) {
     p->light_tree_blocks = (int)tree->block_count;
     p->light_tree_lamps = (int)tree->placed;
     p->light_tree_scale = brume_light_tree_scale(tree);
-    arrays->features |= FEATURE_MANY_LIGHTS;
     return BRUME_OK;
 }
 

@@ -1,4 +1,4 @@
-/* arrays_surfaces.c -- bsdfs, textures and media as the kernels see them, and which of them the scene's shapes use. */
+/* arrays_surfaces.c -- bsdfs, textures and media as the kernels see them. */
 #include "arrays_build.h"
 
 #include <stdlib.h>
@@ -38,15 +38,6 @@ static int default_bsdf(float reflectance, int *id, brume_arrays *arrays) {
     return *id;
 }
 
-static void note_bsdf(const b_bsdf *bsdf, uint32_t *features) {
-    if (bsdf->kind == BSDF_NULL)
-        *features |= FEATURE_NULL;
-    else if (bsdf->kind != BSDF_DIFFUSE)
-        *features |= FEATURE_SPECULAR;
-    if (bsdf->texture >= 0 && bsdf->kind != BSDF_NULL)
-        *features |= FEATURE_TEXTURES;
-}
-
 static brume_result add_textures(const brume_scene *scene, brume_arrays *arrays) {
     BRUME_TRY(brume_arrays_alloc(scene, "textures", scene->texture_count, sizeof(b_texture), &arrays->textures));
     arrays->texture_count = scene->texture_count;
@@ -84,10 +75,6 @@ brume_result brume_arrays_surfaces(const brume_scene *scene, brume_arrays *array
         b_shape *shape = &arrays->shapes[i];
         if (shape->bsdf < 0)
             shape->bsdf = shape->emits ? default_bsdf(0, &black, arrays) : default_bsdf(0.5f, &grey, arrays);
-        const b_bsdf *bsdf = &arrays->bsdfs[shape->bsdf];
-        note_bsdf(bsdf, &arrays->features);
-        if (bsdf->flags & BSDF_TWO_SIDED)
-            note_bsdf(&arrays->bsdfs[bsdf->back], &arrays->features);
     }
     return BRUME_OK;
 }
@@ -104,11 +91,5 @@ brume_result brume_arrays_media(const brume_scene *scene, brume_arrays *arrays) 
         copy3(out->emission, desc->emission);
         out->g = desc->g;
     }
-    /* Both are -1 throughout if the integrator ignores media. */
-    int used = arrays->params.sensor_medium >= 0;
-    for (uint32_t i = 0; i < arrays->shape_count; i++)
-        used |= arrays->shapes[i].interior >= 0 || arrays->shapes[i].exterior >= 0;
-    if (used)
-        arrays->features |= FEATURE_MEDIA;
     return BRUME_OK;
 }

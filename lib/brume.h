@@ -333,6 +333,7 @@ typedef struct brume_integrator_desc {
     brume_strategy strategy; /* AUTO */
     uint32_t positions;      /* of SYSTEMATIC and RASTER on a segment, a power of two up to 64; 0: what suits each */
     brume_indirect indirect; /* AUTO */
+    uint32_t single_scattering; /* media scatter only what comes straight from a light; 0 */
 } brume_integrator_desc;
 
 BRUME_API brume_integrator_desc brume_integrator_desc_default(void);
@@ -342,7 +343,100 @@ BRUME_API brume_result brume_scene_set_integrator(brume_scene *scene, const brum
 BRUME_API brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out);
 BRUME_API brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out);
 
-/* ---- render ---------------------------------------------------------------------------------------------------- */
+/* ---- effects: what a scene calls for ----------------------------------------------------------------------------- */
+
+/* The kernels are built for what a scene calls for, and for nothing else: what it doesn't use costs neither time nor
+ * memory nor compilation, and leaving its code out never changes a picture. Numbers are stable; a set of effects has
+ * bit 1 << number.
+ *
+ * Some can be taken away from a scene that has them (brume_render_desc.without), which does change the picture. What
+ * is left then is said with each; code that nothing else needs is not built either. The others are part of what the
+ * scene is made of. */
+typedef enum brume_effect {
+    /* Any medium that does something. Without: all is clear, as with ignore_media. */
+    BRUME_EFFECT_MEDIA = 0,
+    /* A medium takes light away for good. Without: of its extinction only scattering is left, sigma_t albedo, and its
+     * albedo is 1. */
+    BRUME_EFFECT_ABSORPTION = 1,
+    /* A medium glows. Without: its emission is 0. */
+    BRUME_EFFECT_EMISSION = 2,
+    /* A medium scatters light. Without: its albedo is 0; what it would scatter is lost. */
+    BRUME_EFFECT_SCATTERING = 3,
+    /* A medium scatters light that has been scattered or reflected before. Without: media scatter only what comes
+     * straight from a lamp, an emitting surface, the environment or a glowing medium; surfaces reflect that, and all
+     * else, as ever. The same as brume_integrator_desc.single_scattering. */
+    BRUME_EFFECT_MULTIPLE_SCATTERING = 4,
+    /* A medium scatters into some directions more than into others. Without: g is 0. */
+    BRUME_EFFECT_ANISOTROPY = 5,
+    /* A medium's extinction differs between colours. Without: sigma_t is its mean; albedo stays. */
+    BRUME_EFFECT_CHROMATIC_EXTINCTION = 6,
+    BRUME_EFFECT_BOUNDED_MEDIA = 7, /* a medium lies before or behind a surface */
+    /* A surface stands in what a lamp's light reaches, and may hide the lamp from a scattering medium. */
+    BRUME_EFFECT_BEAM_SHADOWS = 8,
+    /* Lights. Without: they are removed. Surfaces that emitted keep what they reflect, and are black if they name no
+     * bsdf. */
+    BRUME_EFFECT_POINT_LIGHTS = 9,
+    BRUME_EFFECT_SPOT_LIGHTS = 10,
+    BRUME_EFFECT_DIRECTIONAL_LIGHTS = 11,
+    BRUME_EFFECT_AREA_LIGHTS = 12,
+    BRUME_EFFECT_ENVIRONMENT = 13,     /* constant or a map */
+    BRUME_EFFECT_ENVIRONMENT_MAP = 14, /* part of the environment: goes with it */
+    BRUME_EFFECT_MANY_LIGHTS = 15,     /* so many lamps that a tree chooses among them */
+    /* Kinds of surfaces. */
+    BRUME_EFFECT_DIFFUSE = 16,
+    BRUME_EFFECT_DIELECTRIC = 17,
+    BRUME_EFFECT_CONDUCTOR = 18,
+    BRUME_EFFECT_ROUGH_CONDUCTOR = 19,
+    BRUME_EFFECT_NULL_SURFACES = 20,
+    /* Of surfaces, and gobos of spots. Without: the mean colour of the texels, or of a checkerboard's two colours. */
+    BRUME_EFFECT_TEXTURES = 21,
+    BRUME_EFFECT_QUADRICS = 22, /* spheres and disks */
+    BRUME_EFFECT_LENS = 23      /* Without: a pinhole */
+} brume_effect;
+
+enum { BRUME_EFFECT_COUNT = 24 };
+
+/* "multiple-scattering" and so on; NULL for other numbers. */
+BRUME_API const char *brume_effect_name(brume_effect effect);
+/* Whether brume_render_desc.without takes it. */
+BRUME_API int brume_effect_removable(brume_effect effect);
+
+typedef enum brume_object {
+    BRUME_OBJECT_INTEGRATOR = 0,
+    BRUME_OBJECT_SENSOR = 1,
+    BRUME_OBJECT_MEDIUM = 2,
+    BRUME_OBJECT_TEXTURE = 3,
+    BRUME_OBJECT_BSDF = 4,
+    BRUME_OBJECT_LIGHT = 5,
+    BRUME_OBJECT_SHAPE = 6
+} brume_object;
+
+/* "medium" and so on; NULL for other numbers. */
+BRUME_API const char *brume_object_name(brume_object object);
+
+/* What is known of one effect in a scene. */
+typedef struct brume_effect_report {
+    uint32_t present;    /* the scene calls for it, after what `without` takes away */
+    uint32_t taken_away; /* it would, if nothing had been taken away */
+    uint32_t count;      /* of objects that call for it; 0 if absent, as the rest */
+    brume_object object; /* the first of these: its kind, */
+    uint32_t index;      /* its number, 0 for sensor and integrator, */
+    char id[64];         /* the id that the scene file gives it, "" for none, */
+    char where[192];     /* "file:line", "" if it doesn't come from a file, */
+    char why[96];        /* and what it is that calls for it, as "sigma_t 0.1, 0.12, 0.15" */
+} brume_effect_report;
+
+/* What a scene calls for: a function of its description and of what `without` (a set of effects) takes away from it,
+ * and of nothing else. *out_effects is the set; out_reports, one for each effect in the order of their numbers, may be
+ * NULL. */
+BRUME_API brume_result brume_scene_effects(const brume_scene *scene, uint32_t without, uint32_t *out_effects,
+                                           brume_effect_report out_reports[BRUME_EFFECT_COUNT]);
+
+/* The parts of the kernels that are built or left out (brume_render_stats.features), by number: "media" and so on; NULL
+ * from the first number that has none. */
+BRUME_API const char *brume_feature_name(uint32_t number);
+
+/* ---- render ------------------------------------------------------------------------------------------------------ */
 
 typedef struct brume_render brume_render;
 
@@ -380,6 +474,10 @@ typedef struct brume_render_desc {
     double time_limit;         /* stop when brume_render_create and _run have taken so many seconds; 0: none */
     brume_adaptive adaptive;   /* AUTO */
     float clamp;               /* most radiance that a sample counts, per channel: less noise, but too dark; 0: none */
+    uint32_t without;          /* set of effects to take away from the scene, 1 << brume_effect each; 0 */
+    uint32_t extra_features;   /* code to build in although the scene doesn't call for it, bits as in
+                                  brume_render_stats.features: never changes the picture; for measurements; 0 */
+    uint32_t program_size;     /* tell how large the program is, for which PoCL generates its code once more; 0 */
 } brume_render_desc;
 
 BRUME_API brume_render_desc brume_render_desc_default(void);
@@ -445,13 +543,15 @@ typedef struct brume_render_stats {
     uint32_t quick_lanes;           /* width of the program that a quick start began with; 0: there was none */
     uint32_t swapped_at_sample;     /* per pixel, in whole passes, when the wide one took over; 0 if it did not */
     double swap_seconds;            /* from the start of the build until then; 0 if it did not */
-    uint64_t program_bytes;         /* of the binary that came from there; else 0 */
     /* The picture's error as estimated from itself when its pixels last held a power of two samples: the mean over
      * pixels and channels of (I - R)^2 / (R^2 + 0.01 mean(R)^2), R being what the picture I converges to; < 0: not
      * known. Needs brume_render_desc.error_estimate. */
     double relmse, relmse_low, relmse_high; /* the last two: 95 % confidence */
     double order;                   /* the error falls as samples^-order */
     uint32_t adaptive;              /* pixels have got samples by their need */
+    uint32_t effects, without;      /* what the scene calls for; what of it was taken away: sets of brume_effect */
+    uint64_t program_bytes;         /* of the program as the driver keeps it, if it came from the cache or
+                                       brume_render_desc.program_size asked for it; else 0 */
 } brume_render_stats;
 
 BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);

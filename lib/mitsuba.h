@@ -61,6 +61,8 @@ void mitsuba_warn(mitsuba_reader *reader, const xml_node *node, const char *form
 /* Keeps the result of a brume_scene_... call or of a reader of another file format; what is wrong with the description
  * is wrong with the element. */
 void mitsuba_keep(mitsuba_reader *reader, const xml_node *node, brume_result result);
+/* Remembers in the scene where its object `index` was written, unless there was an error. */
+void mitsuba_note(mitsuba_reader *reader, const xml_node *node, brume_object kind, uint32_t index);
 /* "file:line:column" of the element, or NULL without memory. */
 const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node);
 

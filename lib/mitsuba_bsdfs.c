@@ -125,6 +125,7 @@ uint32_t mitsuba_read_bsdf(mitsuba_reader *reader, xml_node *node) {
     read_desc(reader, node, &desc);
     uint32_t id = BRUME_NONE;
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_add_bsdf(reader->scene, &desc, &id));
+    mitsuba_note(reader, node, BRUME_OBJECT_BSDF, id);
     mitsuba_end(node, id);
     return id;
 }

@@ -110,8 +110,9 @@ void mitsuba_read_emitter(mitsuba_reader *reader, xml_node *node) {
         if (reader->has_environment) mitsuba_fail(reader, node, "a scene has at most one constant or envmap emitter");
         reader->has_environment = 1;
     }
-    uint32_t id;
+    uint32_t id = BRUME_NONE;
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_add_light(reader->scene, &desc, &id));
+    mitsuba_note(reader, node, BRUME_OBJECT_LIGHT, id);
     free(image.texels);
 }
 

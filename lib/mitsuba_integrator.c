@@ -1,8 +1,9 @@
 /* mitsuba_integrator.c -- path, volpath, volpathmis, direct: all are the one path tracer of this library.
  *
  * path and direct ignore media, as in Mitsuba; direct is a path of two edges. What changes only how many samples are
- * taken where is accepted; since the samples per pixel are then not those of Mitsuba, with a warning. Three properties
- * are extensions: strategy, positions and indirect choose estimators (brume.h).
+ * taken where is accepted; since the samples per pixel are then not those of Mitsuba, with a warning. Four properties
+ * are extensions: strategy, positions and indirect choose estimators, single_scattering leaves out what media scatter
+ * more than once (brume.h).
  */
 #include "mitsuba.h"
 
@@ -46,6 +47,7 @@ void mitsuba_read_integrator(mitsuba_reader *reader, xml_node *node) {
         mitsuba_require(&o, "rr_depth", rr_depth >= 1 && rr_depth <= INT32_MAX, "be positive");
     }
     read_estimators(&o, desc);
+    desc->single_scattering = (uint32_t)mitsuba_boolean(&o, "single_scattering", 0);
     desc->hide_emitters = (uint32_t)mitsuba_boolean(&o, "hide_emitters", 0);
     reader->ignores_media = is_direct || mitsuba_is(&o, "path");
     desc->ignore_media = (uint32_t)reader->ignores_media;
@@ -57,6 +59,7 @@ void mitsuba_read_integrator(mitsuba_reader *reader, xml_node *node) {
     mitsuba_close(&o);
     if (reader->has_integrator) mitsuba_fail(reader, node, "a scene has at most one <integrator>");
     reader->has_integrator = 1;
+    mitsuba_note(reader, node, BRUME_OBJECT_INTEGRATOR, 0);
     if (reader->result != BRUME_OK) return;
     desc->max_depth = (int32_t)max_depth;
     desc->rr_depth = (int32_t)rr_depth;

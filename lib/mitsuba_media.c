@@ -42,6 +42,7 @@ uint32_t mitsuba_read_medium(mitsuba_reader *reader, xml_node *node) {
     mitsuba_close(&o);
     uint32_t id = BRUME_NONE;
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_add_medium(reader->scene, &desc, &id));
+    mitsuba_note(reader, node, BRUME_OBJECT_MEDIUM, id);
     reader->has_media = 1;
     mitsuba_end(node, id);
     return id;

@@ -2,6 +2,7 @@
  * */
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
+#include "scene.h"
 
 #include <stdarg.h>
 #include <stdio.h>
@@ -45,6 +46,12 @@ void mitsuba_keep(mitsuba_reader *reader, const xml_node *node, brume_result res
         mitsuba_fail(reader, node, "%s", brume_context_message(reader->context));
     else
         reader->result = result;
+}
+
+void mitsuba_note(mitsuba_reader *reader, const xml_node *node, brume_object kind, uint32_t index) {
+    if (reader->result != BRUME_OK) return;
+    mitsuba_keep(reader, node, brume_scene_set_origin(reader->scene, kind, index, xml_attribute_value(node, "id"),
+                                                      node->file->name, (uint32_t)node->line));
 }
 
 const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node) {

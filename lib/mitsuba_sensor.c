@@ -90,5 +90,6 @@ void mitsuba_read_sensor(mitsuba_reader *reader, xml_node *node) {
     mitsuba_close(&o);
     if (reader->has_sensor) mitsuba_fail(reader, node, "a second sensor is not supported yet");
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_set_sensor(reader->scene, &desc));
+    mitsuba_note(reader, node, BRUME_OBJECT_SENSOR, 0);
     reader->has_sensor = 1;
 }

@@ -69,7 +69,8 @@ void mitsuba_read_shape(mitsuba_reader *reader, xml_node *node) {
     if (kind == BRUME_SHAPE_SPHERE) read_sphere(&o, &desc);
     if (kind == BRUME_SHAPE_MESH) read_mesh(&o, &desc, &mesh);
     mitsuba_close(&o);
-    uint32_t id;
+    uint32_t id = BRUME_NONE;
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_add_shape(reader->scene, &desc, &id));
+    mitsuba_note(reader, node, BRUME_OBJECT_SHAPE, id);
     brume_mesh_free(&mesh);
 }

@@ -79,6 +79,7 @@ uint32_t mitsuba_read_texture(mitsuba_reader *reader, xml_node *node) {
         read_checkerboard(&o, &desc);
     uint32_t id = BRUME_NONE;
     if (reader->result == BRUME_OK) mitsuba_keep(reader, node, brume_scene_add_texture(reader->scene, &desc, &id));
+    mitsuba_note(reader, node, BRUME_OBJECT_TEXTURE, id);
     free(image.texels);
     mitsuba_end(node, id);
     return id;

@@ -4,6 +4,7 @@
 #include <string.h>
 #include <strings.h>
 
+#include "effects.h"
 #include "image.h"
 #include "render.h"
 
@@ -109,6 +110,9 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         attributes[n++] = int_attribute("samplesPerPixel", (uint32_t)(now.samples / pixels));
         attributes[n++] = text_attribute("firstSample", first);
         attributes[n++] = text_attribute("seed", seed);
+        char without[512];
+        brume_effects_list(s->without, without, sizeof without);
+        if (s->without) attributes[n++] = text_attribute("without", without);
         attributes[n++] = int_attribute("incomplete", !s->complete);
         attributes[n++] = float_attribute("renderTimeSeconds", s->render_seconds);
         if (now.relmse >= 0) attributes[n++] = float_attribute("relMSE", now.relmse);
@@ -125,10 +129,14 @@ static brume_result write_png(brume_render *render, const char *path, const brum
     size_t floats = (size_t)render->stats.width * render->stats.height * 3;
     float *rgb = malloc(floats * sizeof(float));
     if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+    char comment[640] = "", without[512];
+    brume_effects_list(render->stats.without, without, sizeof without);
+    snprintf(comment, sizeof comment, "%s%s%s%s", render->stats.complete ? "" : "incomplete render",
+             render->stats.complete || !*without ? "" : ", ", *without ? "without " : "", without);
     brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
     if (result == BRUME_OK)
         result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height, rgb,
-                                 desc->exposure, render->stats.complete ? NULL : "incomplete render");
+                                 desc->exposure, *comment ? comment : NULL);
     free(rgb);
     return result;
 }

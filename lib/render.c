@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "clock.h"
+#include "effects.h"
 #include "strategy.h"
 
 enum {
@@ -130,7 +131,7 @@ static brume_result upload_arrays(brume_render *render, const brume_arrays *a) {
 
 /* Builds the program for what the scene calls for. */
 static brume_result build_program(brume_render *render, const brume_arrays *arrays) {
-    uint32_t features = arrays->features;
+    uint32_t features = arrays->features | (render->desc.extra_features & FEATURE_ALL);
     if (render->desc.generic) features = FEATURE_ALL & ~(uint32_t)FEATURE_GUIDES;
     if (render->desc.guides) features |= FEATURE_GUIDES;
     render->stats.features = features;
@@ -179,12 +180,13 @@ static void camera_matrix(const b_params *p, float out[16]) {
 
 /* Rays of light are worth their price for light that scatters twice, and know only lamps with a place in one medium. */
 static brume_indirect resolve_indirect(const brume_render_desc *desc, const brume_arrays *a) {
-    const uint32_t needed = FEATURE_MEDIA | FEATURE_DELTA_LIGHTS;
+    const uint32_t needed = FEATURE_SCATTERING | FEATURE_DELTA_LIGHTS;
     if (desc->indirect == BRUME_INDIRECT_PHASE || desc->indirect == BRUME_INDIRECT_MIXTURE) return desc->indirect;
     if (desc->strategy == BRUME_STRATEGY_SPHERICAL || desc->strategy == BRUME_STRATEGY_DISTANCE)
         return BRUME_INDIRECT_PHASE;
     if ((a->features & needed) != needed || (a->features & FEATURE_NULL)) return BRUME_INDIRECT_PHASE;
-    if (a->params.sensor_medium < 0 || a->params.max_depth < 3) return BRUME_INDIRECT_PHASE;
+    if (a->params.sensor_medium < 0 || a->params.max_depth < 3 || a->params.single_scattering)
+        return BRUME_INDIRECT_PHASE;
     for (uint32_t i = 0; i < a->light_count; i++)
         if (a->lights[i].kind == LIGHT_DIRECTIONAL) return BRUME_INDIRECT_PHASE;
     return BRUME_INDIRECT_RAY_LIGHTS;
@@ -200,14 +202,23 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     brume_result result = check_desc(context, device, scene, &desc);
     if (result != BRUME_OK) return result;
 
+    brume_scene_view view;
+    result = brume_scene_view_make(scene, desc.without, &view);
+    if (result != BRUME_OK) return result;
     brume_arrays arrays;
     const uint32_t crop[4] = {desc.crop_x, desc.crop_y, desc.crop_width, desc.crop_height};
     memset(&arrays, 0, sizeof arrays);
     brume_render *render = calloc(1, sizeof *render);
-    if (!render) return brume_fail(context, BRUME_ERROR_MEMORY, "creating a render: out of memory");
+    if (!render) {
+        brume_scene_view_free(&view);
+        return brume_fail(context, BRUME_ERROR_MEMORY, "creating a render: out of memory");
+    }
     render->device = brume_device_retain(device);
     brume_info(context, "Building the hierarchy of surfaces");
-    result = brume_arrays_build(scene, desc.use_crop ? crop : NULL, &arrays);
+    render->stats.effects = brume_effects_find(&view.scene, NULL);
+    render->stats.without = desc.without;
+    result = brume_arrays_build(&view.scene, desc.use_crop ? crop : NULL, &arrays);
+    brume_scene_view_free(&view);
     if (result != BRUME_OK) {
         brume_render_destroy(render);
         return result;
@@ -222,7 +233,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     }
     if (!desc.use_indirect) desc.indirect = scene->integrator.indirect;
     desc.indirect = resolve_indirect(&desc, &arrays);
-    render->needs_pilot = desc.strategy == BRUME_STRATEGY_AUTO && (arrays.features & FEATURE_MEDIA) &&
+    render->needs_pilot = desc.strategy == BRUME_STRATEGY_AUTO && (arrays.features & FEATURE_SCATTERING) &&
                           arrays.light_count > 0 && arrays.light_count <= EVERY_LAMP && !arrays.params.has_null &&
                           arrays.params.max_depth >= 2;
     arrays.params.positions = desc.positions ? (int)desc.positions

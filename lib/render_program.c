@@ -135,6 +135,15 @@ static int open_cached(brume_render *render) {
     return 1;
 }
 
+/* Of the program that runs; 0 where the driver doesn't say. */
+static uint64_t size_of(cl_program program) {
+    size_t size = 0; /* of one device's binary */
+    pthread_rwlock_wrlock(&launching);
+    cl_int code = clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, NULL);
+    pthread_rwlock_unlock(&launching);
+    return code == CL_SUCCESS ? size : 0;
+}
+
 /* A narrow program from source, and the thread that builds the wide one. */
 static brume_result start_quickly(brume_render *render, uint32_t features, uint32_t stack_size) {
     brume_render_program *p = &render->program;
@@ -161,10 +170,13 @@ brume_result brume_render_program_start(brume_render *render, uint32_t features,
     BRUME_TRY(make_source(render, features, stack_size, render->stats.lanes, &p->source));
     p->folder = brume_program_cache_folder();
     if (open_cached(render)) return BRUME_OK;
-    if (render->desc.quick_start && render->desc.lanes == 0 && render->stats.lanes > QUICK_LANES)
+    if (render->desc.quick_start && !render->desc.program_size && render->desc.lanes == 0 &&
+        render->stats.lanes > QUICK_LANES)
         return start_quickly(render, features, stack_size);
-    return prepare(p, render->device, &p->source, render->device->queue, render->local_size, NULL, &p->program,
-                   &p->kernel);
+    BRUME_TRY(prepare(p, render->device, &p->source, render->device->queue, render->local_size, NULL, &p->program,
+                      &p->kernel));
+    if (render->desc.program_size) render->stats.program_bytes = size_of(p->program);
+    return BRUME_OK;
 }
 
 static void swap(brume_render *render) {

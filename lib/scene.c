@@ -42,6 +42,11 @@ void brume_scene_destroy(brume_scene *scene) {
     free(scene->media);
     free(scene->lights);
     free(scene->shapes);
+    for (uint32_t i = 0; i < scene->origin_count; i++) {
+        free(scene->origins[i].id);
+        free(scene->origins[i].file);
+    }
+    free(scene->origins);
     brume_context_release(scene->context);
     free(scene);
 }

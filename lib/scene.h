@@ -16,6 +16,15 @@ typedef struct brume_scene_shape {
     uint32_t *triangles;
 } brume_scene_shape;
 
+/* Where an object of the description was written. */
+typedef struct brume_scene_origin {
+    brume_object kind;
+    uint32_t index; /* 0 where there is one only: sensor, film, integrator */
+    char *id;       /* as given in the file, NULL for none; owned, like `file` */
+    char *file;
+    uint32_t line;
+} brume_scene_origin;
+
 struct brume_scene {
     brume_context *context; /* retained */
     brume_scene_texture *textures;
@@ -28,6 +37,14 @@ struct brume_scene {
     brume_film_desc film;
     brume_integrator_desc integrator;
     int has_sensor;
+    brume_scene_origin *origins; /* of what was read from a file; in no order */
+    uint32_t origin_count;
 };
+
+/* Remembers where an object was written. `id` may be NULL. */
+brume_result brume_scene_set_origin(brume_scene *scene, brume_object kind, uint32_t index, const char *id,
+                                    const char *file, uint32_t line);
+/* NULL if it was not read from a file. */
+const brume_scene_origin *brume_scene_origin_of(const brume_scene *scene, brume_object kind, uint32_t index);
 
 #endif

@@ -5,7 +5,7 @@ count=0
 for entry; do
     for lanes in 1 4 8 16; do
         for precision in "" -DBRUME_DOUBLE; do
-            for features in 0 1023; do for strategy in 0 1 2 5 7; do
+            for features in 0 16393 32767; do for strategy in 0 1 2 5 7; do
                 clang -x cl -cl-std=CL1.2 -Xclang -finclude-default-header -target spir64-unknown-unknown \
                     -fsyntax-only -Wall -Wextra -Wno-unused-function -Werror -Icl -DBRUME_DEVICE=1 \
                     -DLANES=$lanes -DFEATURES=$features -DSTRATEGY=$strategy $precision "$entry" || {

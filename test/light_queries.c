@@ -260,7 +260,7 @@ static void run(const char *text, uint32_t lanes, int samples, size_t elements, 
                               {READ_REAL, now.query, PLANES * QUERIES}};
     char options[120];
     memcpy(arrays + 4, more, more_count * sizeof *more);
-    snprintf(options, sizeof options, "-DFEATURES=521 -DPOINT=%d -DSAMPLES=%d -DQUERIES=%d", now.is_point, samples,
+    snprintf(options, sizeof options, "-DFEATURES=32265 -DPOINT=%d -DSAMPLES=%d -DQUERIES=%d", now.is_point, samples,
              QUERIES);
     device_test_run(text, options, lanes, BRUME_PRECISION_FLOAT, elements, arrays, 4 + more_count);
 }

@@ -625,6 +625,7 @@ static void test_features(void **state) {
         uint32_t features;
         int surfaces_emit;
     } rows[] = {
+#define FOG (FEATURE_MEDIA | FEATURE_SCATTERING | FEATURE_FLIGHTS)
         {"", 0, 0},
         {"r", 0, 0},
         {"rMGT", 0, 0},
@@ -632,17 +633,18 @@ static void test_features(void **state) {
         {"n", FEATURE_NULL, 0},
         {"g", FEATURE_SPECULAR, 0},
         {"2", FEATURE_SPECULAR, 0},
-        {"i", FEATURE_NULL | FEATURE_QUADRICS | FEATURE_MEDIA, 0},
-        {"z", FEATURE_NULL | FEATURE_QUADRICS | FEATURE_MEDIA, 1},
+        {"i", FEATURE_NULL | FEATURE_QUADRICS | FOG, 0},
+        {"z", FEATURE_NULL | FEATURE_QUADRICS | FOG | FEATURE_EMISSION, 1},
         {"zj", FEATURE_NULL | FEATURE_QUADRICS, 0},
-        {"f", FEATURE_MEDIA, 0},
+        {"f", FOG, 0},
         {"fj", 0, 0},
         {"e", FEATURE_AREA_LIGHTS, 1},
         {"t", FEATURE_TEXTURES, 0},
         {"p", FEATURE_DELTA_LIGHTS, 0},
         {"d", FEATURE_DELTA_LIGHTS | FEATURE_TEXTURES, 0},
         {"c", FEATURE_ENVIRONMENT, 1},
-        {"rsngi2zetpcdf", FEATURE_ALL & ~FEATURE_GUIDES & ~FEATURE_MANY_LIGHTS, 1},
+        {"rsngi2zetpcdf", 
+         FEATURE_ALL & ~(FEATURE_GUIDES | FEATURE_MANY_LIGHTS | FEATURE_CHROMATIC | FEATURE_ANISOTROPY), 1},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         brume_scene *scene = new_scene();

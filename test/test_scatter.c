@@ -110,7 +110,7 @@ static void gather_light(uint32_t lanes, brume_precision precision) {
                                    {READ_RAW, media, sizeof media}, {READ_REAL, ray, 7 * SEGMENTS},
                                    {READ_REAL, u, 3 * (size_t)COUNT}, {WRITE_REAL, out, (size_t)PLANES * COUNT}};
     char options[80];
-    snprintf(options, sizeof options, "-DFEATURES=9 -DSTRATEGY=5 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES, LIGHTS);
+    snprintf(options, sizeof options, "-DFEATURES=31753 -DSTRATEGY=5 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES, LIGHTS);
     device_test_run(scatter_text, options, lanes, precision, COUNT, arrays, 6);
 }
 
@@ -345,7 +345,7 @@ static void fly(uint32_t lanes) {
     const device_array arrays[] = {{READ_REAL, cases, FLIGHTS * 16}, {READ_REAL, variates, 3 * ALL},
                                    {WRITE_REAL, out, 7 * (size_t)ALL}};
     char options[80];
-    snprintf(options, sizeof options, "-DFEATURES=1 -DSAMPLES=%d -DCANDIDATES=%d", SAMPLES, CANDIDATES);
+    snprintf(options, sizeof options, "-DFEATURES=31745 -DSAMPLES=%d -DCANDIDATES=%d", SAMPLES, CANDIDATES);
     device_test_run(flight_text, options, lanes, BRUME_PRECISION_FLOAT, ALL, arrays, 3);
 }
 

@@ -127,7 +127,7 @@ static void compute(const char *text, const char *more, uint32_t lanes, int ends
         {READ_RAW, setup, sizeof setup},
         {READ_REAL, in, 12 * WEDGES}, {WRITE_REAL, out, PLANES * WEDGES}, {WRITE_REAL, positions, POSITIONS * WEDGES},
         {WRITE_BITS, bits, 4 * WEDGES}};
-    snprintf(options, sizeof options, "-DFEATURES=13 -DSTRATEGY=8 -DBVH_STACK=200 %s", more);
+    snprintf(options, sizeof options, "-DFEATURES=31757 -DSTRATEGY=8 -DBVH_STACK=200 %s", more);
     device_test_run(text, options, lanes, BRUME_PRECISION_FLOAT, WEDGES, arrays, sizeof arrays / sizeof arrays[0]);
     brume_bvh_free(&bvh);
 }

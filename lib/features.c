@@ -1,0 +1,60 @@
+/* features.c -- from effects to code: which feature bit of the kernels (cl/shared.h) is needed by which effects, and
+ * what leaving it out where it isn't needed has been measured to be worth. */
+#include "effects.h"
+
+#include "../cl/shared.h"
+
+/* Needed where all of `all` and any of `any` are there. FEATURE_GUIDES is asked for by the render, not by the scene.
+ *
+ * Comments: processor time and size of a program that has it too many, over one that doesn't (bench-effects --bits,
+ * 16 lanes, AVX-512; times scatter by 0.01), for spots in a room without a medium and in fog. Size goes with compile
+ * time. 2688 masks can come out, without guides; only those of scenes that are rendered are ever built. */
+static const struct { const char *name; uint32_t bit, all, any; } table[] = {
+    /* no medium 1.005, +23 KiB */
+    {"media", FEATURE_MEDIA, 0, EFFECT(MEDIA)},
+    /* no medium 1.034, +52 KiB; fog 1.029, +457 KiB */
+    {"null", FEATURE_NULL, 0, EFFECT(NULL_SURFACES)},
+    /* not measured: spheres and disks are rare in meshes, and their leaves are tested for in every walk */
+    {"quadrics", FEATURE_QUADRICS, 0, EFFECT(QUADRICS)},
+    /* not measured apart: all of scatter_segment.h for lamps, in scenes that glow or have a sky only */
+    {"delta-lights", FEATURE_DELTA_LIGHTS, 0,
+     EFFECT(POINT_LIGHTS) | EFFECT(SPOT_LIGHTS) | EFFECT(DIRECTIONAL_LIGHTS)},
+    /* no medium 1.020, +171 KiB; fog 1.301, +347 KiB */
+    {"area-lights", FEATURE_AREA_LIGHTS, 0, EFFECT(AREA_LIGHTS)},
+    /* no medium 1.015, +144 KiB; fog 1.291, +273 KiB */
+    {"environment", FEATURE_ENVIRONMENT, 0, EFFECT(ENVIRONMENT)},
+    /* no medium 1.013, +132 KiB; fog 0.999, +122 KiB */
+    {"specular", FEATURE_SPECULAR, 0, EFFECT(DIELECTRIC) | EFFECT(CONDUCTOR) | EFFECT(ROUGH_CONDUCTOR)},
+    /* no medium 1.026, +263 KiB; fog 1.006, +543 KiB */
+    {"textures", FEATURE_TEXTURES, 0, EFFECT(TEXTURES)},
+    /* 19 planes of film instead of 10, for every sample */
+    {"guides", FEATURE_GUIDES, 0, 0},
+    /* no medium 1.018, +102 KiB; fog 0.997, +319 KiB */
+    {"many-lights", FEATURE_MANY_LIGHTS, 0, EFFECT(MANY_LIGHTS)},
+    /* Light of lamps without extent that is scattered once is gathered along segments: nobody needs to fly. Fog
+     * scattered once against all of it: 860 and 1139 KiB. */
+    {"flights", FEATURE_FLIGHTS, EFFECT(SCATTERING),
+     EFFECT(MULTIPLE_SCATTERING) | EFFECT(AREA_LIGHTS) | EFFECT(ENVIRONMENT) | EFFECT(EMISSION)},
+    /* fog 1.029, +24 KiB */
+    {"chromatic", FEATURE_CHROMATIC, 0, EFFECT(CHROMATIC_EXTINCTION)},
+    /* Absorption alone against fog scattered once: 539 and 860 KiB. */
+    {"scattering", FEATURE_SCATTERING, 0, EFFECT(SCATTERING)},
+    /* fog 1.006, +5 KiB: does not pay, the branch on is_black(emission) would do */
+    {"emission", FEATURE_EMISSION, 0, EFFECT(EMISSION)},
+    /* fog 1.056, +56 KiB */
+    {"anisotropy", FEATURE_ANISOTROPY, 0, EFFECT(ANISOTROPY)},
+};
+enum { FEATURE_COUNT = sizeof table / sizeof table[0] };
+
+uint32_t brume_effects_features(uint32_t effects) {
+    uint32_t features = 0;
+    for (int i = 0; i < FEATURE_COUNT; i++)
+        if ((effects & table[i].all) == table[i].all && (effects & table[i].any)) features |= table[i].bit;
+    return features;
+}
+
+const char *brume_feature_name(uint32_t number) {
+    for (int i = 0; i < FEATURE_COUNT; i++)
+        if (number < 32 && table[i].bit == 1u << number) return table[i].name;
+    return NULL;
+}
