@@ -130,14 +130,24 @@ float *brume_error_estimate_weights(const brume_error_estimate *e) {
 
 /* What the pixels at each level have in common. */
 typedef struct level_sums {
-    double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences */
-    double ratio[BRUME_ERROR_LEVELS];                            /* 2^order */
+    double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences, and of the */
+    double last_squares[BRUME_ERROR_LEVELS], before_squares[BRUME_ERROR_LEVELS]; /* squares of each pixel's */
+    double ratio[BRUME_ERROR_LEVELS]; /* 2^order, */
+    double trust[BRUME_ERROR_LEVELS]; /* and how far it is the pixels' and not what is usual, 0 to 1 */
 } level_sums;
 
-static double ratio_of(const brume_error_estimate *e, double before, double last) {
-    double ratio = last > 0 ? before / last : 2;
-    if (e->independent || !(ratio > 2)) return 2; /* 2^MIN_ORDER */
-    return ratio < 16 ? ratio : 16;               /* 2^MAX_ORDER */
+/* The order of what a picture's last errors consist of is usually 1 and a little: its logarithm has a spread of SPREAD
+ * about that. Where few pixels hold most of the error their ratio says less than that does, and believing it would make
+ * errors too small more often than too large. */
+#define SPREAD 0.35
+
+static void find_ratio(const brume_error_estimate *e, level_sums *s, int k, double last, double before) {
+    double ratio = last > 0 ? before / last : 2, known = 0;
+    if (s->last[k] > 0 && s->before[k] > 0)
+        known = s->last_squares[k] / (s->last[k] * s->last[k]) + s->before_squares[k] / (s->before[k] * s->before[k]);
+    s->trust[k] = e->independent || !(ratio > 2) ? 0 : SPREAD * SPREAD / (SPREAD * SPREAD + known);
+    ratio = s->trust[k] > 0 ? 2 * pow(ratio / 2, s->trust[k]) : 2; /* MIN_ORDER */
+    s->ratio[k] = ratio < 16 ? ratio : 16;                         /* MAX_ORDER */
 }
 
 static void sum_levels(const brume_error_estimate *e, const float *weights, level_sums *s) {
@@ -146,18 +156,28 @@ static void sum_levels(const brume_error_estimate *e, const float *weights, leve
     memset(s, 0, sizeof *s);
     for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
+        double pixel_last = 0, pixel_before = 0;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double w = weights ? weights[c] : 1;
-            s->last[level] += w * e->last[c];
-            s->before[level] += w * e->before[c];
+            pixel_last += w * e->last[c];
+            pixel_before += w * e->before[c];
         }
+        s->last[level] += pixel_last;
+        s->before[level] += pixel_before;
+        s->last_squares[level] += pixel_last * pixel_last;
+        s->before_squares[level] += pixel_before * pixel_before;
     }
     for (int k = 0; k < BRUME_ERROR_LEVELS; k++) {
         last += s->last[k];
         before += s->before[k];
     }
     for (int k = 0; k < BRUME_ERROR_LEVELS; k++)
-        s->ratio[k] = ratio_of(e, s->before[k] + SHARED * before, s->last[k] + SHARED * last);
+        find_ratio(e, s, k, s->last[k] + SHARED * last, s->before[k] + SHARED * before);
+}
+
+/* The variance that two successive differences tell of: each for itself, and the mean of both. */
+static double variance_of(double last, double before, double ratio) {
+    return 0.5 * (last + before / ratio) / (ratio - 1);
 }
 
 brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, const float *count) {
@@ -186,13 +206,17 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
             grown_n = n;
             grown_level = level;
         }
-        double error = growth * last / (ratio - 1);
+        double error = growth * variance_of(last, before, ratio);
         sum += error;
         orders += error * log2(ratio);
-        /* The derivative of the estimate by this pixel's differences, times those: S^2 / (B - S) where the order is
-         * estimated as well. */
+        /* The derivative of the picture's error by this pixel's differences, times those: by themselves, and through
+         * the ratio. */
         double influence = error;
-        if (ratio > 2 && ratio < 16) influence -= growth * (before - ratio * last) / ((ratio - 1) * (ratio - 1));
+        if (s.trust[level] > 0 && ratio < 16) {
+            double by_ratio = -0.5 * ratio * (s.last[level] + s.before[level] * (2 * ratio - 1) / (ratio * ratio)) /
+                              ((ratio - 1) * (ratio - 1));
+            influence += growth * by_ratio * s.trust[level] * (before / s.before[level] - last / s.last[level]);
+        }
         influences += influence;
         squares += influence * influence;
     }
@@ -217,8 +241,9 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
         for (size_t i = 0; i < pixels; i++) {
             double ratio = s.ratio[e->level[i]];
             uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
-            float scale = (float)(brume_error_estimate_growth(n, log2(ratio)) / (ratio - 1));
-            for (size_t c = 3 * i; c < 3 * i + 3; c++) scaled[c] = scale * e->last[c];
+            double growth = brume_error_estimate_growth(n, log2(ratio));
+            for (size_t c = 3 * i; c < 3 * i + 3; c++)
+                scaled[c] = (float)(growth * variance_of(e->last[c], e->before[c], ratio));
         }
         done = brume_box_sums(scaled, e->width, e->height, out, inside);
     }

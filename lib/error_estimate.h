@@ -8,8 +8,8 @@
  *
  * With p = 1 this is what independent samples give; the spread of the samples, the usual measure, knows no other p and
  * is far too large for p near 2 or 3. The order p comes from two successive differences, summed over many pixels: their
- * ratio is 2^p. Pixels are scrambled independently of each other: they are the independent randomisations that the
- * confidence interval comes from.
+ * ratio is 2^p, as far as the pixels are many enough to tell. They are scrambled independently of each other: they are
+ * the independent randomisations that the confidence interval comes from.
  *
  * All arrays are height x width x 3 floats, or height x width, rows from the top.
  */
