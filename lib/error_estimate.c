@@ -142,10 +142,13 @@ typedef struct level_sums {
 #define SPREAD 0.35
 
 static void find_ratio(const brume_error_estimate *e, level_sums *s, int k, double last, double before) {
-    double ratio = last > 0 ? before / last : 2, known = 0;
-    if (s->last[k] > 0 && s->before[k] > 0)
-        known = s->last_squares[k] / (s->last[k] * s->last[k]) + s->before_squares[k] / (s->before[k] * s->before[k]);
-    s->trust[k] = e->independent || !(ratio > 2) ? 0 : SPREAD * SPREAD / (SPREAD * SPREAD + known);
+    double ratio = last > 0 ? before / last : 2;
+    s->trust[k] = 0;
+    if (!e->independent && ratio > 2 && s->last[k] > 0 && s->before[k] > 0) {
+        double uncertain = s->last_squares[k] / (s->last[k] * s->last[k]) +
+                           s->before_squares[k] / (s->before[k] * s->before[k]);
+        s->trust[k] = SPREAD * SPREAD / (SPREAD * SPREAD + uncertain);
+    }
     ratio = s->trust[k] > 0 ? 2 * pow(ratio / 2, s->trust[k]) : 2; /* MIN_ORDER */
     s->ratio[k] = ratio < 16 ? ratio : 16;                         /* MAX_ORDER */
 }
