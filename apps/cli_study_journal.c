@@ -9,11 +9,11 @@
 
 #include "cli_study.h"
 
-static const char title[] = "brume study 1";
+static const char title[] = "brume study 2";
 
 /* ---- which study it is ---- */
 
-enum { KEYS = 10, LINE = 8192 };
+enum { KEYS = 11, LINE = 8192 };
 
 /* "name value" each. */
 static void write_keys(const study *s, char keys[KEYS][LINE])
@@ -27,6 +27,7 @@ static void write_keys(const study *s, char keys[KEYS][LINE])
     snprintf(keys[n++], LINE, "size %ux%u", s->width, s->height);
     snprintf(keys[n++], LINE, "seed %u", s->base.render.seed);
     snprintf(keys[n++], LINE, "lanes %u", s->base.render.lanes);
+    snprintf(keys[n++], LINE, "without %x", s->base.render.without);
     snprintf(keys[n++], LINE, "budget %g", o->budget);
     snprintf(keys[n++], LINE, "settings %s", o->settings ? o->settings : study_default_settings);
     snprintf(keys[n++], LINE, "begin");

@@ -221,11 +221,9 @@ static int put_plot(FILE *file, const study *s, int drawn)
     }
     fclose(svg);
     fputs("</div><figcaption>Error against time, both in logarithms: further down is more accurate, further left is "
-          "faster. One mark a power of two samples, each the mean of two seeds; dotted, the fitted power of time "
-          "(behind "
-          "the names). Grey: the Pareto front, the least error that anything reached by a time. Dashed: the target, "
-          "and "
-          "the time at which pictures are compared.</figcaption></figure>\n", file);
+          "faster. One mark a power of two samples (adaptive: on average), each the mean of two seeds; dotted, the "
+          "fitted power of time (behind the names). Grey: the Pareto front, the least error that anything reached by "
+          "a time. Dashed: the target, and the time at which pictures are compared.</figcaption></figure>\n", file);
     return CLI_EXIT_OK;
 }
 
@@ -296,12 +294,12 @@ static void put_table(FILE *file, const study *s)
     qsort(order, count, sizeof *order, by_time);
     fputs("<h2 id=prices>The price list</h2>\n<p>Sorted by the time to relMSE ", file);
     study_put_number(file, s->target);
-    fputs(" (≈: beyond what was rendered, by the slope of its noise; ≤: the first sample was enough). At equal time: "
-          "", file);
+    fputs(" (≈: beyond what was rendered, by the slope of its noise; ≤: the first sample was enough). At "
+          "equal time: ", file);
     study_put_time(file, s->time_target);
-    fputs(", between the powers of two next to it; the columns from “trimmed” on are of the one nearest. Halving the "
-          "error "
-          "takes so many times the time. ◆ is on the Pareto front.</p>\n<div class=scroll><table class=cards><thead>"
+    fputs(", between the powers of two next to it; the columns from “trimmed” on are of the one nearest. "
+          "Halving the error takes so many times the time. ◆ is on the Pareto front.</p>\n"
+          "<div class=scroll><table class=cards><thead>"
           "<tr><th>setting<th>time to target<th>relMSE at equal time<th>slope<th>halving the error<th>trimmed<th>MAPE"
           "<th>SMAPE<th>FLIP<th>estimated<th>fireflies<th>NaN", file);
     fputs(s->other ? "<th>against the other</thead><tbody>\n" : "</thead><tbody>\n", file);
