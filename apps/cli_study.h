@@ -69,6 +69,7 @@ typedef struct study_run_point {
     uint32_t samples;   /* per pixel; the mean, if adaptive */
     double seconds;     /* of rendering, since the first sample */
     double cpu_seconds; /* that this program had of all processors meanwhile */
+    double estimated;   /* relMSE as the library estimates it; < 0: not known */
     uint64_t bad_samples;
 } study_run_point;
 

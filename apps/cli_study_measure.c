@@ -80,6 +80,7 @@ static brume_result reach(climb *c, brume_render *render, uint32_t samples, int 
     point->samples = samples;
     point->seconds = stats.render_seconds;
     point->cpu_seconds = c->cpu;
+    point->estimated = stats.relmse;
     point->bad_samples = stats.bad_samples;
     if (run->count == 1) { /* later renders find the program built */
         run->bvh_seconds = stats.bvh_seconds;
