@@ -346,6 +346,11 @@ static void put_command(FILE *file, const study *s)
         fputc('=', file);
         study_html(file, s->options->parameters[i].value);
     }
+    for (int i = 0, any = 0; i < BRUME_EFFECT_COUNT; i++)
+        if (s->options->render.without >> i & 1)
+            fprintf(file, "%s%s", any++ ? "," : " --without ", brume_effect_name((brume_effect)i));
+    if (s->options->render.use_seed)
+        fprintf(file, " --seed %u", s->options->render.seed);
     if (o->settings) {
         fputs(" --settings ", file);
         study_html(file, o->settings);
