@@ -63,8 +63,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
         {STUDY, 'o', "output", "DIR", "folder of the results (default: the scene's name with -study)"},
     [OPTION_SETTINGS] =
         {STUDY, 0, "settings", "A,B,...", "what is compared: strategies, ways of --indirect, independent,\n"
-                                          "depth-N, clamp-Nx (times the picture's mean), double; or several\n"
-                                          "of these joined by +, as in mis+phase+depth-4"},
+                                          "depth-N, clamp-Nx (times the picture's mean), double, adaptive,\n"
+                                          "without-EFFECT; or several joined by +, as in mis+phase+depth-4"},
     [OPTION_BUDGET] =
         {STUDY, 0, "budget", "S", "seconds of rendering in all, kernels not counted (default: 150)"},
     [OPTION_TARGET] = {STUDY, 0, "target", "E", "relMSE that the table gives times for (default: a round number\n"

@@ -1,7 +1,10 @@
 /* cli_study.h -- what the parts of `render-cli study` know of each other.
  *
  * A study renders each setting twice, with independent seeds a and b, and looks at the picture at every power of two
- * samples; time and error of those points are its curve. The pair tells bias from noise; one picture alone can't. */
+ * samples; time and error of those points are its curve. The pair tells bias from noise; one picture alone can't.
+ *
+ * One render climbs through all of a curve's points. Adaptive ones can't: where samples go depends on how many there
+ * are to be. They are rendered anew for every point, each with its own time. */
 #ifndef CLI_STUDY_H
 #define CLI_STUDY_H
 
@@ -23,7 +26,8 @@ typedef struct study_edit {
 typedef enum study_kind {
     STUDY_EXACT = 0,
     STUDY_APPROXIMATE = 1, /* leaves something out: there will be bias */
-    STUDY_ROUNDING = 2     /* other arithmetic, the same random numbers */
+    STUDY_ROUNDING = 2,    /* other arithmetic, the same random numbers */
+    STUDY_ADAPTIVE = 4     /* pixels get samples by their need: each point is a render of its own */
 } study_kind;
 
 typedef struct study_part study_part;
@@ -62,9 +66,10 @@ void study_setting_stem(const study_setting *setting, char out[STUDY_NAME]);
 /* ---- runs: what was rendered and how long it took (cli_study_measure.c, cli_study_journal.c) ---- */
 
 typedef struct study_run_point {
-    uint32_t samples;
+    uint32_t samples;   /* per pixel; the mean, if adaptive */
     double seconds;     /* of rendering, since the first sample */
     double cpu_seconds; /* that this program had of all processors meanwhile */
+    double estimated;   /* relMSE as the library estimates it; < 0: not known */
     uint64_t bad_samples;
 } study_run_point;
 
@@ -134,7 +139,7 @@ typedef struct study {
     uint32_t full_width, full_height; /* the scene's film */
     uint32_t width, height;
     uint64_t scene_hash;
-    double reference_limit, limit; /* seconds of a half of the reference, and of a seed of a setting */
+    double reference_limit, limit; /* seconds of a half of the reference, and of the longest render of a setting */
 
     study_run reference_runs[2];
     float *reference;        /* NULL: not rendered yet */
@@ -164,8 +169,8 @@ int study_out_of_memory(void);
 /* Error line for a file that can't be written; the exit code. */
 int study_not_written(const char *path, int error);
 
-/* Renders to every power of two samples that fits into `limit` seconds, or up to `most` unless that is 0, and leaves
- * pictures, all or the last. An exit code; 128 + the signal if one came, and nothing is to be kept then. */
+/* Renders to every power of two samples that fits into `limit` seconds in all, or up to `most` unless that is 0, and
+ * leaves pictures, all or the last. An exit code; 128 + the signal if one came, and nothing is to be kept then. */
 int study_measure(study *s, const study_edit *edit, const char *stem, int seed_letter, uint32_t seed, double limit,
                   uint32_t most, int all, study_run *out);
 

@@ -102,9 +102,9 @@ int study_page_gallery(FILE *file, const study *s)
     fputs("<h2 id=pictures>Pictures at about ", file);
     study_put_time(file, s->time_target);
     fputs("</h2>\n<p>Of each setting the power of two samples that comes nearest to that time; its own time is written "
-          "below. Beside it, where the picture is <span class=bright>too bright</span> and where <span class=dark>too "
-          "dark</span>: noise is a mix of both colours, bias a cloud of one. Full colour: off by the pixel’s own value "
-          "(plus a tenth of the mean).</p>\n<div class=gallery>\n", file);
+          "below. Beside it, where the picture is <span class=bright>too bright</span> and where "
+          "<span class=dark>too dark</span>: noise is a mix of both colours, bias a cloud of one. Full colour: off by "
+          "the pixel’s own value (plus a tenth of the mean).</p>\n<div class=gallery>\n", file);
     int code = put_reference(file, s, bytes);
     for (size_t k = 0; k < s->setting_count && !code; k++)
         if (s->curves[k].count > 0)

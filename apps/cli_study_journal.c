@@ -9,11 +9,11 @@
 
 #include "cli_study.h"
 
-static const char title[] = "brume study 1";
+static const char title[] = "brume study 2";
 
 /* ---- which study it is ---- */
 
-enum { KEYS = 10, LINE = 8192 };
+enum { KEYS = 11, LINE = 8192 };
 
 /* "name value" each. */
 static void write_keys(const study *s, char keys[KEYS][LINE])
@@ -27,6 +27,7 @@ static void write_keys(const study *s, char keys[KEYS][LINE])
     snprintf(keys[n++], LINE, "size %ux%u", s->width, s->height);
     snprintf(keys[n++], LINE, "seed %u", s->base.render.seed);
     snprintf(keys[n++], LINE, "lanes %u", s->base.render.lanes);
+    snprintf(keys[n++], LINE, "without %x", s->base.render.without);
     snprintf(keys[n++], LINE, "budget %g", o->budget);
     snprintf(keys[n++], LINE, "settings %s", o->settings ? o->settings : study_default_settings);
     snprintf(keys[n++], LINE, "begin");
@@ -67,7 +68,7 @@ static study_run *find_run(study *s, const char *name, int seed)
     return NULL;
 }
 
-/* run NAME SEED COUNT BVH UPLOAD BUILD PILOT, then SAMPLES:SECONDS:CPU:BAD each, then a full stop. */
+/* run NAME SEED COUNT BVH UPLOAD BUILD PILOT, then SAMPLES:SECONDS:CPU:ESTIMATED:BAD each, then a full stop. */
 static int read_run(study *s, const char *line)
 {
     char name[STUDY_NAME];
@@ -83,7 +84,8 @@ static int read_run(study *s, const char *line)
     for (size_t i = 0; i < count; i++) {
         study_run_point *p = &run.points[i];
         unsigned long long bad;
-        if (sscanf(line, " %u:%la:%la:%llu%n", &p->samples, &p->seconds, &p->cpu_seconds, &bad, &used) != 4)
+        if (sscanf(line, " %u:%la:%la:%la:%llu%n", &p->samples, &p->seconds, &p->cpu_seconds, &p->estimated, &bad,
+                   &used) != 5)
             return 0;
         p->bad_samples = bad;
         line += used;
@@ -103,8 +105,8 @@ int study_journal_append(study *s, const study_setting *setting, int seed, const
     fprintf(file, "run %s %d %zu %a %a %a %a", setting ? setting->name : "reference", seed, run->count,
             run->bvh_seconds, run->upload_seconds, run->build_seconds, run->pilot_seconds);
     for (size_t i = 0; i < run->count; i++)
-        fprintf(file, " %u:%a:%a:%llu", run->points[i].samples, run->points[i].seconds, run->points[i].cpu_seconds,
-                (unsigned long long)run->points[i].bad_samples);
+        fprintf(file, " %u:%a:%a:%a:%llu", run->points[i].samples, run->points[i].seconds, run->points[i].cpu_seconds,
+                run->points[i].estimated, (unsigned long long)run->points[i].bad_samples);
     fputs(" .\n", file);
     study_path(s, "study.journal", path);
     if (fflush(file) != 0 || fsync(fileno(file)) != 0 || ferror(file))

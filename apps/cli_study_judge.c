@@ -102,8 +102,7 @@ static int judge_other(study *s)
 
 /* ---- one setting ---- */
 
-static int judge_picture(const study *s, const float *picture, const float *half, const float *quarter,
-                         study_figures *out)
+static int judge_picture(const study *s, const float *picture, const study_run_point *at, study_figures *out)
 {
     size_t count = (size_t)s->width * s->height;
     error_metrics m;
@@ -111,7 +110,7 @@ static int judge_picture(const study *s, const float *picture, const float *half
         return study_out_of_memory();
     error_figures_compute(picture, s->reference, s->width, s->height, &out->figures);
     out->flip = see_difference(s, s->reference, picture);
-    out->estimated = quarter ? error_metrics_estimate(picture, half, quarter, s->width, s->height) : NAN;
+    out->estimated = at->estimated >= 0 ? at->estimated : NAN;
     out->other_relmse = out->other_flip = NAN;
     if (out->flip < 0)
         return study_out_of_memory();
@@ -213,28 +212,23 @@ static void judge_curve(const study *s, study_curve *c)
 static int judge_setting(study *s, const study_setting *setting, study_curve *c)
 {
     char stem[STUDY_NAME];
-    float *pictures[STUDY_SEEDS][3] = {{NULL}}; /* of these samples, half and a quarter of them */
     int code = CLI_EXIT_OK;
     c->count = 0;
     size_t count = c->runs[0].count < c->runs[1].count ? c->runs[0].count : c->runs[1].count;
     study_setting_stem(setting, stem);
     for (size_t i = 0; i < count && !code; i++) {
         study_point *p = &c->points[i];
+        float *pictures[STUDY_SEEDS] = {NULL};
         for (int seed = 0; seed < STUDY_SEEDS && !code; seed++) {
-            float **of = pictures[seed];
-            free(of[2]);
-            of[2] = of[1];
-            of[1] = of[0];
-            of[0] = load(s, stem, seed, c->runs[seed].points[i].samples);
-            code = of[0] ? judge_picture(s, of[0], of[1], of[2], &p->of[seed]) : CLI_EXIT_RUNTIME;
+            const study_run_point *at = &c->runs[seed].points[i];
+            pictures[seed] = load(s, stem, seed, at->samples);
+            code = pictures[seed] ? judge_picture(s, pictures[seed], at, &p->of[seed]) : CLI_EXIT_RUNTIME;
         }
-        float *const now[STUDY_SEEDS] = {pictures[0][0], pictures[1][0]};
         if (!code)
-            code = judge_point(s, c, i, now, p);
+            code = judge_point(s, c, i, pictures, p);
+        for (int seed = 0; seed < STUDY_SEEDS; seed++)
+            free(pictures[seed]);
     }
-    for (int seed = 0; seed < STUDY_SEEDS; seed++)
-        for (int i = 0; i < 3; i++)
-            free(pictures[seed][i]);
     if (code || count == 0)
         return code;
     c->count = count;

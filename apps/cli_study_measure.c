@@ -36,89 +36,118 @@ static int on_progress(void *user, const brume_progress *progress)
     return cli_progress_update(s->progress, &all);
 }
 
-static brume_result keep_picture(study *s, brume_render *render, float *rgb, const char *stem, int seed,
-                                 uint32_t samples, int *code)
+/* One setting's way from one power of two to the next. */
+typedef struct climb {
+    study *s;
+    const char *stem;
+    int seed_letter, all;
+    uint32_t most;
+    int anew;      /* a render of its own for every point */
+    float *rgb;
+    double cpu;    /* seconds of this render */
+    watched watch; /* `before`: of all renders */
+    study_run run;
+    int code;
+} climb;
+
+static brume_result keep_picture(climb *c, brume_render *render, uint32_t samples)
 {
     char path[STUDY_PATH];
-    size_t count = (size_t)s->width * s->height;
-    brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, 3 * count);
+    const study *s = c->s;
+    brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, c->rgb, 3 * (size_t)s->width * s->height);
     if (result)
         return result;
-    study_picture_path(s, stem, seed, samples, path);
-    int error = picture_write_pfm(path, rgb, s->width, s->height);
+    study_picture_path(s, c->stem, c->seed_letter, samples, path);
+    int error = picture_write_pfm(path, c->rgb, s->width, s->height);
     if (error)
-        *code = study_not_written(path, error);
+        c->code = study_not_written(path, error);
     return BRUME_OK;
 }
 
-/* From one power of two to the next. */
-static brume_result climb(study *s, brume_render *render, float *rgb, const char *stem, int seed, double limit,
-                          uint32_t most, int all, study_run *run, int *code)
+/* Renders up to the next point. *last: whether there should be no other. */
+static brume_result reach(climb *c, brume_render *render, uint32_t samples, int *last)
 {
-    watched w = {s, 0, limit};
-    double cpu = 0;
-    for (uint32_t samples = 1;; samples *= 2) {
-        brume_render_stats stats;
-        brume_result result = brume_render_set_sample_count(render, samples);
-        double before = cpu_now();
-        if (!result)
-            result = brume_render_run(render, on_progress, &w);
-        cpu += cpu_now() - before;
-        if (!result)
-            result = brume_render_get_stats(render, &stats);
-        if (result)
-            return result;
-        study_run_point *point = &run->points[run->count++];
-        point->samples = samples;
-        point->seconds = w.before = stats.render_seconds;
-        point->cpu_seconds = cpu;
-        point->bad_samples = stats.bad_samples;
+    brume_render_stats stats;
+    double before = cpu_now();
+    brume_result result = brume_render_run(render, on_progress, &c->watch);
+    c->cpu += cpu_now() - before;
+    if (!result)
+        result = brume_render_get_stats(render, &stats);
+    if (result)
+        return result;
+    study_run *run = &c->run;
+    study_run_point *point = &run->points[run->count++];
+    point->samples = samples;
+    point->seconds = stats.render_seconds;
+    point->cpu_seconds = c->cpu;
+    point->estimated = stats.relmse;
+    point->bad_samples = stats.bad_samples;
+    if (run->count == 1) { /* later renders find the program built */
         run->bvh_seconds = stats.bvh_seconds;
         run->upload_seconds = stats.upload_seconds;
         run->build_seconds = stats.build_seconds;
         run->pilot_seconds = stats.pilot_seconds;
-        int last = most ? samples >= most : !curves_goes_on(stats.render_seconds, limit, samples, MOST_SAMPLES);
-        if (all || last)
-            result = keep_picture(s, render, rgb, stem, seed, samples, code);
-        if (result || *code || last)
-            return result;
     }
+    c->watch.before = stats.render_seconds + (c->anew ? c->watch.before : 0);
+    /* curves_goes_on looks at twice the time it is given: what the next point would end at. */
+    double half = stats.render_seconds + (c->anew ? 0.5 * c->watch.before : 0);
+    *last = c->most ? samples >= c->most : !curves_goes_on(half, c->watch.limit, samples, MOST_SAMPLES);
+    return c->all || *last ? keep_picture(c, render, samples) : BRUME_OK;
+}
+
+static brume_result climb_up(climb *c, brume_render_desc desc)
+{
+    brume_render *render = NULL;
+    brume_result result = BRUME_OK;
+    int last = 0;
+    for (uint32_t samples = 1; !result && !c->code && !last; samples *= 2) {
+        if (render) {
+            result = brume_render_set_sample_count(render, samples);
+        } else {
+            desc.sample_count = samples;
+            c->cpu = 0;
+            result = brume_render_create(c->s->session.device, c->s->session.scene, &desc, &render);
+        }
+        if (result)
+            break;
+        /* A signal that came while kernels were built is heeded by the first run. */
+        cli_interruptible(render);
+        if (cli_signal())
+            brume_render_cancel(render);
+        result = reach(c, render, samples, &last);
+        cli_interruptible(NULL);
+        if (c->anew) {
+            brume_render_destroy(render);
+            render = NULL;
+        }
+    }
+    brume_render_destroy(render);
+    return result;
 }
 
 int study_measure(study *s, const study_edit *edit, const char *stem, int seed_letter, uint32_t seed, double limit,
                   uint32_t most, int all, study_run *out)
 {
-    brume_render *render = NULL;
     brume_render_desc desc = edit->render;
-    study_run run;
-    int code = CLI_EXIT_OK;
-    float *rgb = malloc(3 * (size_t)s->width * s->height * sizeof *rgb);
-    memset(&run, 0, sizeof run);
-    if (!rgb)
+    climb c = {.s = s, .stem = stem, .seed_letter = seed_letter, .all = all, .most = most, .watch = {s, 0, limit}};
+    c.anew = desc.adaptive == BRUME_ADAPTIVE_ON;
+    c.rgb = malloc(3 * (size_t)s->width * s->height * sizeof *c.rgb);
+    if (!c.rgb)
         return study_out_of_memory();
     desc.guides = 0;
-    desc.sample_count = 1;
+    desc.quick_start = 0; /* what is timed is one program */
     desc.first_sample = 0;
     desc.use_seed = 1;
     desc.seed = seed;
     brume_result result = brume_scene_set_integrator(s->session.scene, &edit->integrator);
     if (!result)
-        result = brume_render_create(s->session.device, s->session.scene, &desc, &render);
-    /* A signal that came while kernels were built is heeded by the first run. */
-    if (!result) {
-        cli_interruptible(render);
-        if (cli_signal())
-            brume_render_cancel(render);
-        result = climb(s, render, rgb, stem, seed_letter, limit, most, all, &run, &code);
-    }
-    cli_interruptible(NULL);
+        result = climb_up(&c, desc);
     if (cli_signal() && (result == BRUME_OK || result == BRUME_CANCELLED))
-        code = CLI_EXIT_SIGNAL + cli_signal();
+        c.code = CLI_EXIT_SIGNAL + cli_signal();
     else if (result)
-        code = cli_report(s->context, result);
-    if (!code)
-        *out = run;
-    brume_render_destroy(render);
-    free(rgb);
-    return code;
+        c.code = cli_report(s->context, result);
+    if (!c.code)
+        *out = c.run;
+    free(c.rgb);
+    return c.code;
 }

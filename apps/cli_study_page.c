@@ -221,11 +221,9 @@ static int put_plot(FILE *file, const study *s, int drawn)
     }
     fclose(svg);
     fputs("</div><figcaption>Error against time, both in logarithms: further down is more accurate, further left is "
-          "faster. One mark a power of two samples, each the mean of two seeds; dotted, the fitted power of time "
-          "(behind "
-          "the names). Grey: the Pareto front, the least error that anything reached by a time. Dashed: the target, "
-          "and "
-          "the time at which pictures are compared.</figcaption></figure>\n", file);
+          "faster. One mark a power of two samples (adaptive: on average), each the mean of two seeds; dotted, the "
+          "fitted power of time (behind the names). Grey: the Pareto front, the least error that anything reached by "
+          "a time. Dashed: the target, and the time at which pictures are compared.</figcaption></figure>\n", file);
     return CLI_EXIT_OK;
 }
 
@@ -296,12 +294,12 @@ static void put_table(FILE *file, const study *s)
     qsort(order, count, sizeof *order, by_time);
     fputs("<h2 id=prices>The price list</h2>\n<p>Sorted by the time to relMSE ", file);
     study_put_number(file, s->target);
-    fputs(" (≈: beyond what was rendered, by the slope of its noise; ≤: the first sample was enough). At equal time: "
-          "", file);
+    fputs(" (≈: beyond what was rendered, by the slope of its noise; ≤: the first sample was enough). At "
+          "equal time: ", file);
     study_put_time(file, s->time_target);
-    fputs(", between the powers of two next to it; the columns from “trimmed” on are of the one nearest. Halving the "
-          "error "
-          "takes so many times the time. ◆ is on the Pareto front.</p>\n<div class=scroll><table class=cards><thead>"
+    fputs(", between the powers of two next to it; the columns from “trimmed” on are of the one nearest. "
+          "Halving the error takes so many times the time. ◆ is on the Pareto front.</p>\n"
+          "<div class=scroll><table class=cards><thead>"
           "<tr><th>setting<th>time to target<th>relMSE at equal time<th>slope<th>halving the error<th>trimmed<th>MAPE"
           "<th>SMAPE<th>FLIP<th>estimated<th>fireflies<th>NaN", file);
     fputs(s->other ? "<th>against the other</thead><tbody>\n" : "</thead><tbody>\n", file);
@@ -321,8 +319,9 @@ static void put_words(FILE *file)
           "<dt>FLIP<dd>what an eye sees of the difference, 0 to 1 (Andersson et al. 2020), of the pictures as they "
           "are shown "
           "here, at 67 pixels per degree."
-          "<dt>estimated<dd>relMSE as it would be estimated without a reference, from how the picture changed when its "
-          "samples doubled."
+          "<dt>estimated<dd>relMSE as the renderer estimates it while it renders, without a reference: what "
+          "<code>--noise-threshold</code> goes by. Against relMSE it shows how far that can be trusted; of bias it "
+          "knows nothing."
           "<dt>fireflies<dd>pixels more than four times as bright as all their neighbours in the reference (plus a "
           "tenth of "
           "the mean)."
@@ -347,6 +346,11 @@ static void put_command(FILE *file, const study *s)
         fputc('=', file);
         study_html(file, s->options->parameters[i].value);
     }
+    for (int i = 0, any = 0; i < BRUME_EFFECT_COUNT; i++)
+        if (s->options->render.without >> i & 1)
+            fprintf(file, "%s%s", any++ ? "," : " --without ", brume_effect_name((brume_effect)i));
+    if (s->options->render.use_seed)
+        fprintf(file, " --seed %u", s->options->render.seed);
     if (o->settings) {
         fputs(" --settings ", file);
         study_html(file, o->settings);

@@ -61,8 +61,8 @@ void study_page_runs(FILE *file, const study *s)
         for (size_t i = 0; i < s->curves[k].count; i++)
             point_row(file, s, k, i);
     fputs("</tbody></table></div></details>\n<details><summary>Time before the first sample</summary>"
-          "<p>By the clock on the wall, of the first seed. Kernels take long where the driver hasn’t kept them from an "
-          "earlier run; the pilot is part of the time of rendering above.</p><div class=scroll><table><thead><tr>"
+          "<p>By the clock on the wall, of the first seed’s first render. Kernels take long where none are kept from "
+          "an earlier run; the pilot is part of the time of rendering above.</p><div class=scroll><table><thead><tr>"
           "<th>setting<th>hierarchy of surfaces<th>upload<th>kernels<th>pilot</thead><tbody>\n", file);
     for (size_t k = 0; k < s->setting_count; k++)
         if (s->curves[k].count > 0)

@@ -8,15 +8,18 @@
 #include "estimators.h"
 
 const char study_default_settings[] =
-    "auto,distance,equiangular,mis,raster,auto+phase,auto+independent,auto+depth-2,auto+depth-3,auto+clamp-20x,"
-    "auto+double";
+    "auto,distance,equiangular,mis,raster,auto+phase,auto+independent,auto+adaptive,"
+    "auto+without-multiple-scattering,auto+depth-3,auto+clamp-20x,auto+double";
+
+/* What follows a part's name. */
+typedef enum study_operand { OPERAND_NONE, OPERAND_WHOLE, OPERAND_FACTOR /* 3.5x */, OPERAND_EFFECT } study_operand;
 
 struct study_part {
-    const char *name;  /* before a number, if it takes one */
-    int takes_number;  /* 1: whole, 2: any, followed by 'x' */
+    const char *name; /* before the operand, if it takes one */
+    study_operand operand;
     study_kind kind;
-    void (*apply)(study_edit *edit, double number);
-    const char *what;  /* %s: the number */
+    void (*apply)(study_edit *edit, double number); /* an effect is given by its number, too */
+    const char *what; /* %s: the operand */
 };
 
 static void set_sobol(study_edit *e, double number)
@@ -43,6 +46,17 @@ static void set_double(study_edit *e, double number)
     e->render.precision = BRUME_PRECISION_DOUBLE;
 }
 
+static void set_adaptive(study_edit *e, double number)
+{
+    (void)number;
+    e->render.adaptive = BRUME_ADAPTIVE_ON;
+}
+
+static void set_without(study_edit *e, double number)
+{
+    e->render.without |= 1u << (unsigned)number;
+}
+
 static void set_depth(study_edit *e, double number)
 {
     e->integrator.max_depth = (int32_t)number;
@@ -54,31 +68,49 @@ static void set_clamp(study_edit *e, double number)
 }
 
 static const study_part parts[] = {
-    {"sobol", 0, STUDY_EXACT, set_sobol, "Owen-scrambled Sobol’ points"},
-    {"independent", 0, STUDY_EXACT, set_independent, "independent random numbers instead of Sobol’ points"},
-    {"float", 0, STUDY_EXACT, set_float, "single precision"},
-    {"double", 0, STUDY_ROUNDING, set_double, "the same random numbers, transport in double precision"},
-    {"depth-", 1, STUDY_APPROXIMATE, set_depth,
-     "paths cut after %s edges (2: light that is scattered or reflected once, single scattering)"},
-    {"clamp-", 2, STUDY_APPROXIMATE, set_clamp, "samples clamped to %s times the picture’s mean"},
+    {"sobol", OPERAND_NONE, STUDY_EXACT, set_sobol, "Owen-scrambled Sobol’ points"},
+    {"independent", OPERAND_NONE, STUDY_EXACT, set_independent,
+     "independent random numbers instead of Sobol’ points"},
+    {"float", OPERAND_NONE, STUDY_EXACT, set_float, "single precision"},
+    {"double", OPERAND_NONE, STUDY_ROUNDING, set_double, "the same random numbers, transport in double precision"},
+    {"adaptive", OPERAND_NONE, STUDY_ADAPTIVE, set_adaptive,
+     "samples placed where the error is; their number is the mean over the pixels, or a few percent less"},
+    {"without-", OPERAND_EFFECT, STUDY_APPROXIMATE, set_without, "the scene without %s"},
+    {"depth-", OPERAND_WHOLE, STUDY_APPROXIMATE, set_depth,
+     "paths cut after %s edges (2: light that is scattered or reflected once)"},
+    {"clamp-", OPERAND_FACTOR, STUDY_APPROXIMATE, set_clamp, "samples clamped to %s times the picture’s mean"},
 };
 
 /* Estimators are named by the library. */
-static const study_part strategy_part = {"", 0, STUDY_EXACT, NULL, "light scattered once found by %s"};
-static const study_part indirect_part = {"", 0, STUDY_EXACT, NULL, "light scattered more than once found by %s"};
+static const study_part strategy_part = {"", OPERAND_NONE, STUDY_EXACT, NULL, "light scattered once found by %s"};
+static const study_part indirect_part = {"", OPERAND_NONE, STUDY_EXACT, NULL,
+                                         "light scattered more than once found by %s"};
 
-static int read_number(const study_part *part, const char *text, size_t length, double *out)
+/* An effect that can be taken away. */
+static int read_effect(const char *name, double *out)
 {
-    char digits[32], *end;
+    for (int i = 0; i < BRUME_EFFECT_COUNT; i++)
+        if (strcmp(brume_effect_name((brume_effect)i), name) == 0) {
+            *out = i;
+            return brume_effect_removable((brume_effect)i);
+        }
+    return 0;
+}
+
+static int read_operand(const study_part *part, const char *text, size_t length, double *out)
+{
+    char digits[STUDY_NAME], *end;
     size_t name = strlen(part->name);
     if (length <= name || length - name >= sizeof digits || strncmp(text, part->name, name) != 0)
         return 0;
     memcpy(digits, text + name, length - name);
     digits[length - name] = 0;
+    if (part->operand == OPERAND_EFFECT)
+        return read_effect(digits, out);
     *out = strtod(digits, &end);
     if (end == digits || digits[0] < '0' || digits[0] > '9' || !(*out > 0) || *out > 1e6)
         return 0;
-    return part->takes_number == 2 ? strcmp(end, "x") == 0 : *end == 0 && *out == floor(*out);
+    return part->operand == OPERAND_FACTOR ? strcmp(end, "x") == 0 : *end == 0 && *out == floor(*out);
 }
 
 static const study_part *find_part(const char *text, size_t length)
@@ -88,8 +120,8 @@ static const study_part *find_part(const char *text, size_t length)
     uint32_t positions;
     double number;
     for (size_t i = 0; i < sizeof parts / sizeof parts[0]; i++)
-        if (parts[i].takes_number ? read_number(&parts[i], text, length, &number)
-                                  : strlen(parts[i].name) == length && strncmp(parts[i].name, text, length) == 0)
+        if (parts[i].operand ? read_operand(&parts[i], text, length, &number)
+                             : strlen(parts[i].name) == length && strncmp(parts[i].name, text, length) == 0)
             return &parts[i];
     if (estimators_strategy(text, length, &strategy, &positions))
         return &strategy_part;
@@ -107,10 +139,15 @@ static int parse_setting(const char *text, size_t length, study_setting *out)
     for (const char *at = out->name;; at++) {
         size_t part_length = strcspn(at, "+");
         const study_part *part = find_part(at, part_length);
+        if (!part && strncmp(at, "without-", 8) == 0) {
+            cli_error("--settings: %.*s names no effect that can be taken away; those of --without are listed by "
+                      "--help", (int)part_length, at);
+            return CLI_EXIT_USAGE;
+        }
         if (!part || out->part_count == STUDY_PARTS) {
             cli_error("--settings: expected a strategy, a way of --indirect, sobol, independent, float, double, "
-                      "depth-N, "
-                      "clamp-Nx, or several with + between them, not \"%s\"", out->name);
+                      "adaptive, without-EFFECT, depth-N, clamp-Nx, or up to %d of these with + between them, not "
+                      "\"%s\"", STUDY_PARTS, out->name);
             return CLI_EXIT_USAGE;
         }
         out->parts[out->part_count].part = part;
@@ -179,8 +216,8 @@ void study_setting_apply(const study_setting *setting, unsigned without, study_e
             edit->render.use_indirect = 1;
             estimators_indirect(text, length, &edit->render.indirect);
         } else {
-            if (part->takes_number)
-                read_number(part, text, length, &number);
+            if (part->operand)
+                read_operand(part, text, length, &number);
             part->apply(edit, number);
         }
     }
@@ -194,7 +231,7 @@ void study_setting_describe(const study_setting *setting, char *out, size_t size
         const study_part *part = setting->parts[i].part;
         char value[STUDY_NAME];
         size_t skip = strlen(part->name), length = setting->parts[i].length - skip;
-        if (part->takes_number == 2)
+        if (part->operand == OPERAND_FACTOR)
             length--; /* the x */
         memcpy(value, setting->parts[i].text + skip, length);
         value[length] = 0;
@@ -217,6 +254,7 @@ static int same_edit(const study_edit *a, const study_edit *b)
            (x->use_indirect ? x->indirect : a->integrator.indirect) ==
                (y->use_indirect ? y->indirect : b->integrator.indirect) &&
            x->precision == y->precision && x->clamp == y->clamp && a->integrator.sampler == b->integrator.sampler &&
+           x->adaptive == y->adaptive && x->without == y->without &&
            a->integrator.max_depth == b->integrator.max_depth;
 }
 

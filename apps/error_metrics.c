@@ -155,34 +155,3 @@ double error_metrics_bias(const float *a, const float *b, const float *reference
     *sigma = spread > 0 ? sqrt(spread / n) : 0;
     return mean - reference_error;
 }
-
-/* The mean over the 5 x 5 pixels about (x, y), as far as they are in the picture. */
-static double local_mean(const float *picture, size_t width, size_t height, size_t x, size_t y, size_t channel)
-{
-    double sum = 0;
-    size_t count = 0;
-    for (size_t v = y > 2 ? y - 2 : 0; v <= y + 2 && v < height; v++)
-        for (size_t u = x > 2 ? x - 2 : 0; u <= x + 2 && u < width; u++, count++)
-            sum += picture[3 * (v * width + u) + channel];
-    return sum / (double)count;
-}
-
-double error_metrics_estimate(const float *full, const float *half, const float *quarter, size_t width, size_t height)
-{
-    double floor = floor_of(full, width * height), late = 0, early = 0;
-    for (size_t y = 0; y < height; y++)
-        for (size_t x = 0; x < width; x++)
-            for (size_t c = 0; c < 3; c++) {
-                size_t i = 3 * (y * width + x) + c;
-                double m = local_mean(full, width, height, x, y, c);
-                double d = (double)full[i] - half[i], e = (double)half[i] - quarter[i];
-                late += relative(d * d, m, floor);
-                early += relative(e * e, m, floor);
-            }
-    late /= 3.0 * (double)(width * height);
-    early /= 3.0 * (double)(width * height);
-    if (late == 0)
-        return 0;
-    double shrinks = fmin(fmax(late / early, 1.0 / 16), sqrt(0.5));
-    return late * shrinks / (1 - shrinks);
-}

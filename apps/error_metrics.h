@@ -42,13 +42,6 @@ void error_figures_compute(const float *picture, const float *reference, size_t 
 double error_metrics_bias(const float *a, const float *b, const float *reference, size_t pixel_count,
                           double reference_error, double *sigma);
 
-/* relMSE estimated without a reference, from pictures of n, n / 2 and n / 4 samples of the same seed. From one to the
- * next only the change is known: (I_n - I_n/2)^2 is on average V(n/2) - V(n) where the samples added are worth as much
- * as those before. With V(n) = V(n/2) 2^-p, and p from the ratio of the two changes, held between 1/2 and 4, V(n) is
- * the last change times 2^-p / (1 - 2^-p). Relative to the picture itself, averaged over 5 x 5 pixels. NaN if memory
- * ran out. */
-double error_metrics_estimate(const float *full, const float *half, const float *quarter, size_t width, size_t height);
-
 /* The exponent s of y = c x^s: least squares on logarithms. Points that aren't positive are left out; NaN if there
  * are fewer than two different x. */
 double error_metrics_slope(const double *x, const double *y, size_t count);

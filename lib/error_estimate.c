@@ -215,7 +215,8 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
         /* The derivative of the picture's error by this pixel's differences, times those: by themselves, and through
          * the ratio. */
         double influence = error;
-        if (s.trust[level] > 0 && ratio < 16) {
+        /* A level may hold nothing but black pixels, which have no differences. */
+        if (s.trust[level] > 0 && ratio < 16 && s.last[level] > 0 && s.before[level] > 0) {
             double by_ratio = -0.5 * ratio * (s.last[level] + s.before[level] * (2 * ratio - 1) / (ratio * ratio)) /
                               ((ratio - 1) * (ratio - 1));
             influence += growth * by_ratio * s.trust[level] * (before / s.before[level] - last / s.last[level]);

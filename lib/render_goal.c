@@ -178,7 +178,8 @@ static void next_adaptive_stage(brume_render *r, double budget) {
     }
     if (detail > most) detail = most;
     brume_allocation_predict(r->allocation, detail, &then, &error);
-    if (then <= now) {
+    /* On the way to a target pixels may get more samples at no predicted cost: as many as others in their 4 x 4. */
+    if (then <= now && !(d->noise_threshold > 0)) {
         r->finished = 1;
         return;
     }
@@ -188,7 +189,8 @@ static void next_adaptive_stage(brume_render *r, double budget) {
         if (r->ends[i] > r->stage_end) r->stage_end = r->ends[i];
         if (r->done[i] < r->ends[i] && r->done[i] < lowest) lowest = r->done[i];
     }
-    r->samples_done = lowest < UINT32_MAX ? lowest : r->stage_end;
+    r->finished = lowest == UINT32_MAX;
+    r->samples_done = r->finished ? r->stage_end : lowest;
 }
 
 brume_result brume_goal_next_stage(brume_render *r, double seconds) {

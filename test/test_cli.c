@@ -130,6 +130,21 @@ static void usage_errors(void **state)
         {"a.xml --sample-range 8:8", "--sample-range"},
         {"a.xml --sample-range 8", "--sample-range"},
         {"a.xml --spp 4 --sample-range 0:4", "exclude"},
+        {"a.xml --noise-threshold 0", "--noise-threshold"},
+        {"a.xml --noise-threshold -1", "--noise-threshold"},
+        {"a.xml --noise-threshold 1%", "--noise-threshold"},
+        {"a.xml --noise-threshold nan", "--noise-threshold"},
+        {"a.xml --noise-threshold", "needs E"},
+        {"a.xml --time-limit 0", "--time-limit"},
+        {"a.xml --time-limit 5s", "--time-limit"},
+        {"a.xml --time-limit inf", "--time-limit"},
+        {"a.xml --time-limit", "needs S"},
+        {"a.xml --adaptive yes", "--adaptive"},
+        {"a.xml --adaptive=", "--adaptive"},
+        {"a.xml --adaptive", "needs auto|on|off"},
+        {"a.xml --sample-range 0:4 --noise-threshold 0.1", "goes with no --noise-threshold"},
+        {"a.xml --time-limit 5 --sample-range 0:4", "goes with no --noise-threshold, --time-limit"},
+        {"a.xml --sample-range 0:4 --adaptive on", "goes with no --noise-threshold, --time-limit or --adaptive"},
         {"a.xml --lanes 3", "--lanes"},
         {"a.xml --precision half", "--precision"},
         {"a.xml --strategy fast", "--strategy"},
@@ -311,6 +326,84 @@ static void progress_lines(void **state)
     assert_null(strchr(result.err, '\r'));
 }
 
+static double member_of(const char *json, const char *name)
+{
+    const char *found = json_member(json, name);
+    if (!found || strncmp(found, "null", 4) == 0)
+        return -1;
+    return strtod(found, NULL);
+}
+
+/* What was asked for is what the statistics say was reached. */
+static void goals(void **state)
+{
+    (void)state;
+    if (!has_device())
+        skip();
+    static const struct { const char *line, *adaptive; } cases[] = {
+        {"scene.xml -o a.exr --noise-threshold 0.01 --stats=json --adaptive off", "false"},
+        {"scene.xml -o a.exr --noise-threshold 0.01 --stats=json --adaptive on", "true"},
+    };
+    for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
+        assert_int_equal(run(cases[i].line), 0);
+        assert_true(json_valid(result.out));
+        double relmse = member_of(result.out, "relmse");
+        assert_true(relmse > 0 && relmse <= 0.01);
+        assert_true(member_of(result.out, "relmse_low") <= relmse && relmse <= member_of(result.out, "relmse_high"));
+        expect_member("adaptive", cases[i].adaptive);
+        expect_member("complete", "true");
+    }
+    /* The number of samples is the most that a goal may take, and a mean with --adaptive on alone. */
+    assert_int_equal(run("scene.xml -o a.exr --noise-threshold 1e-9 --spp 16 --adaptive off --stats=json"), 0);
+    assert_true(member_of(result.out, "relmse") > 1e-9);
+    expect_member("samples", "6144");
+    assert_int_equal(run("scene.xml -o a.exr --time-limit 600 --spp 4 --stats=json"), 0);
+    expect_member("samples", "1536");
+    assert_int_equal(run("scene.xml -o a.exr --spp 64 --adaptive on --stats=json"), 0);
+    expect_member("adaptive", "true");
+    assert_true(member_of(result.out, "samples") > 16 * 384 && member_of(result.out, "samples") <= 64 * 384);
+    /* a time that is over too soon is a picture with a warning, a range with "off" a range */
+    assert_int_equal(run("scene.xml -o a.exr --time-limit 1e-6"), 0);
+    assert_non_null(strstr(result.err, "warning: --time-limit"));
+    assert_int_equal(run("scene.xml -o a.exr --sample-range 0:4 --adaptive off --stats=json"), 0);
+    expect_member("samples", "1536");
+    expect_member("adaptive", "false");
+}
+
+/* Error and prediction come with the progress as soon as they are known, and don't go away again. */
+static void progress_tells_the_error(void **state)
+{
+    (void)state;
+    if (!has_device())
+        skip();
+    static const char *const names[] = {"relmse",        "relmse_low",     "relmse_high",     "predicted_seconds",
+                                        "predicted_low", "predicted_high", "predicted_relmse"};
+    enum { NAMES = sizeof names / sizeof names[0] };
+    int known[NAMES] = {0}, lines = 0;
+    assert_int_equal(run("scene.xml -o a.exr --noise-threshold 0.003 --progress=json"), 0);
+    for (char *line = strtok(result.out, "\n"); line; line = strtok(NULL, "\n")) {
+        assert_true(json_valid(line));
+        if (strncmp(json_member(line, "event"), "\"progress\"", 10) != 0)
+            continue;
+        lines++;
+        for (int i = 0; i < NAMES; i++) {
+            int here = json_member(line, names[i]) != NULL;
+            assert_true(here || !known[i]);
+            assert_true(!here || member_of(line, names[i]) > 0);
+            known[i] |= here;
+        }
+        if (known[0])
+            assert_true(member_of(line, "relmse_low") <= member_of(line, "relmse") &&
+                        member_of(line, "relmse") <= member_of(line, "relmse_high"));
+        if (known[3])
+            assert_true(member_of(line, "predicted_low") <= member_of(line, "predicted_seconds") &&
+                        member_of(line, "predicted_seconds") <= member_of(line, "predicted_high"));
+    }
+    assert_true(lines >= 1);
+    for (int i = 0; i < NAMES; i++)
+        assert_true(known[i]);
+}
+
 /* A number of samples that no test machine gets through, stopped after the first report. */
 static void stopped_by(int number)
 {
@@ -421,6 +514,8 @@ int main(void)
         cmocka_unit_test(crop_and_sample_range),
         cmocka_unit_test(strategies),
         cmocka_unit_test(progress_lines),
+        cmocka_unit_test(goals),
+        cmocka_unit_test(progress_tells_the_error),
         cmocka_unit_test(interrupt_writes_the_picture),
         cmocka_unit_test(interrupt_before_the_render_ends_at_once),
         cmocka_unit_test(same_seed_same_bytes),

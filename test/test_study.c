@@ -122,6 +122,14 @@ static void usage_errors(void **state)
         {"--settings depth-2.5", "--settings"},
         {"--settings clamp-2", "--settings"},
         {"--settings raster:3", "--settings"},
+        {"--settings adaptive-2", "--settings"},
+        {"--settings auto+adaptiv", "--settings"},
+        {"--settings auto,auto+adaptive,auto+adaptive", "auto+adaptive twice"},
+        {"--settings without", "--settings"},
+        {"--settings without-", "no effect that can be taken away"},
+        {"--settings auto+without-fog", "without-fog names no effect that can be taken away"},
+        {"--settings without-multiple-scatterin", "no effect that can be taken away"},
+        {"--settings without-many-lights+mis", "without-many-lights names no effect"}, /* known, but stays */
         {"--budget 0", "--budget"},
         {"--budget nan", "--budget"},
         {"--target -1", "--target"},
@@ -206,6 +214,67 @@ static void figures_agree_with_numpy(void **state)
     }
     if (result.status != 0)
         fail_msg("%s%s", result.out, result.err);
+}
+
+/* Every value of `key` between the setting's name and the next setting; how many there are. */
+static int points_of(const char *json, const char *name, const char *key, double values[64])
+{
+    char what[96], member[64];
+    int count = 0;
+    snprintf(what, sizeof what, "{\"name\":\"%s\"", name);
+    snprintf(member, sizeof member, "\"%s\":", key);
+    const char *at = strstr(json, what);
+    assert_non_null(at);
+    const char *end = strstr(at + 1, "{\"name\":");
+    while ((at = strstr(at, member)) != NULL && (!end || at < end) && count < 64) {
+        at += strlen(member);
+        values[count++] = strncmp(at, "null", 4) == 0 ? -1 : strtod(at, NULL);
+    }
+    return count;
+}
+
+/* Each point of an adaptive curve is a render of its own: they go up by powers of two all the same, as far as those of
+ * a render that climbs, begin with the same pictures, and know their error. Single scattering is told as what it is:
+ * an approximation that loses light. */
+static void adaptive_and_without(void **state)
+{
+    (void)state;
+    if (!has_device())
+        skip();
+    static const char line[] = "--settings auto,auto+adaptive,auto+without-multiple-scattering --budget 8 -o placed";
+    assert_int_equal(run(line), 0);
+    char *json = read_file("placed/study.json"), *page = read_file("placed/study.html");
+    assert_true(json && page);
+    assert_true(json_valid(json));
+    double plain[64], samples[64], values[64], estimates[64];
+    int uniform = points_of(json, "auto", "relmse", plain);
+    int count = points_of(json, "auto+adaptive", "samples", samples);
+    assert_true(count >= 5 && uniform >= 5);
+    for (int i = 0; i < count; i++)
+        assert_true(samples[i] == (double)(1 << i));
+    assert_int_equal(points_of(json, "auto+adaptive", "relmse", values), count);
+    assert_int_equal(points_of(json, "auto+adaptive", "estimated_relmse", estimates), count);
+    for (int i = 0; i < 4; i++)
+        assert_true(values[i] == plain[i]);
+    assert_true(values[4] != plain[4]);
+    assert_true(estimates[0] < 0 && estimates[4] > 0);
+    assert_int_equal(points_of(json, "auto+adaptive", "approximate", values), 1);
+    assert_int_equal(count_of(json, "\"approximate\":true"), 1);
+    assert_non_null(strstr(strstr(json, "auto+without-multiple-scattering"), "\"approximate\":true"));
+    count = points_of(json, "auto+without-multiple-scattering", "mean_ratio", values);
+    assert_true(count >= 5 && values[count - 1] < 0.95);
+    assert_non_null(strstr(page, "<th scope=row><b>auto+without-multiple-scattering</b>"));
+    free(page);
+
+    /* again: nothing is rendered, the estimates come from the journal */
+    assert_int_equal(run(line), 0);
+    char *again = read_file("placed/study.json");
+    assert_string_equal(again, json);
+    free(again);
+    free(json);
+    assert_int_equal(run("--settings auto,auto+adaptive,auto+without-multiple-scattering --budget 8 -o placed "
+                         "--without absorption"), 2);
+    expect_error_line("without");
 }
 
 static void another_study_is_refused(void **state)
@@ -348,6 +417,7 @@ int main(void)
         cmocka_unit_test(usage_errors),
         cmocka_unit_test(what_it_writes),
         cmocka_unit_test(figures_agree_with_numpy),
+        cmocka_unit_test(adaptive_and_without),
         cmocka_unit_test(another_study_is_refused),
         cmocka_unit_test(stopped_and_resumed),
         cmocka_unit_test(stopped_in_the_reference),

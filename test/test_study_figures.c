@@ -89,36 +89,6 @@ static void bias_and_noise_are_told_apart(void **state)
     }
 }
 
-/* Pictures of 4, 2 and 1 samples of independent noise: the estimate is the variance of the first, within the spread of
- * 12288 squares and of the exponent, 10 %. Where quarter, half and full shrink by 2^-3 a doubling, as Sobol' points do,
- * it is V 2^-3 of the last change's V. */
-static void the_estimate_needs_no_reference(void **state)
-{
-    (void)state;
-    static float sample[4][3 * COUNT], half[3 * COUNT], full[3 * COUNT];
-    uint64_t seed = 77;
-    double variance = 0.16 / 12;
-    for (int k = 0; k < 4; k++)
-        fill(sample[k], 1, 0.4, &seed);
-    for (int i = 0; i < 3 * COUNT; i++) {
-        half[i] = 0.5f * (sample[0][i] + sample[1][i]);
-        full[i] = 0.5f * half[i] + 0.25f * (sample[2][i] + sample[3][i]);
-    }
-    assert_near(error_metrics_estimate(full, half, sample[0], SIDE, SIDE), variance / 4 / 1.01, 0.1 * variance / 4);
-
-    /* Errors x, x / 3 and x / 9 of one noise: changes 2x / 3 and 2x / 9, their squares 1 : 9. V(n) = V(n/2) / 9, and
-     * the estimate (2x / 9)^2 / 9 / (8 / 9) = x^2 / 162, where the truth is x^2 / 81: half of it, since the errors of
-     * this example are as alike as can be. */
-    for (int i = 0; i < 3 * COUNT; i++) {
-        float x = sample[0][i] - 1;
-        half[i] = 1 + x / 3;
-        full[i] = 1 + x / 9;
-    }
-    double exact = variance / 162 / 1.01;
-    assert_near(error_metrics_estimate(full, half, sample[0], SIDE, SIDE), exact, 0.02 * exact);
-    assert_true(error_metrics_estimate(full, full, full, SIDE, SIDE) == 0);
-}
-
 static void times_to_a_target_agree_with_hand(void **state)
 {
     (void)state;
@@ -223,7 +193,6 @@ int main(void)
         cmocka_unit_test(percentages_agree_with_hand),
         cmocka_unit_test(fireflies_are_brighter_than_all_about_them),
         cmocka_unit_test(bias_and_noise_are_told_apart),
-        cmocka_unit_test(the_estimate_needs_no_reference),
         cmocka_unit_test(times_to_a_target_agree_with_hand),
         cmocka_unit_test(halving_agrees_with_hand),
         cmocka_unit_test(the_front_is_what_nothing_beats),
