@@ -88,7 +88,7 @@ static void predict(brume_render *r, double seconds) {
         p->low = fmax(seconds, samples_for(r, e * r->error.relmse / r->error.low) / rate);
         p->high = fmax(p->seconds, samples_for(r, e * r->error.relmse / r->error.high) / rate);
         p->relmse = fmin(e, r->error.relmse);
-        if (!(d->time_limit > 0) || p->seconds <= run_limit(r)) return;
+        if (samples <= d->sample_count && (!(d->time_limit > 0) || p->seconds <= run_limit(r))) return;
     }
     double samples = d->time_limit > 0 ? fmin(rate * run_limit(r), d->sample_count) : d->sample_count;
     p->seconds = p->low = p->high = samples / rate;
