@@ -57,6 +57,7 @@ void brume_error_estimate_update(brume_error_estimate *e, const float *mean, con
 
 double brume_error_estimate_growth(uint32_t n, double order) {
     if (n == 0) return 0;
+    if ((n & (n - 1)) == 0) return 1;
     uint32_t block = 1;
     while (block <= n / 2) block *= 2;
     double sum = 0, first = block;
@@ -133,6 +134,7 @@ typedef struct level_sums {
     double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences, and of the */
     double last_squares[BRUME_ERROR_LEVELS], before_squares[BRUME_ERROR_LEVELS]; /* squares of each pixel's */
     double ratio[BRUME_ERROR_LEVELS]; /* 2^order, */
+    double order[BRUME_ERROR_LEVELS];
     double trust[BRUME_ERROR_LEVELS]; /* and how far it is the pixels' and not what is usual, 0 to 1 */
 } level_sums;
 
@@ -151,6 +153,7 @@ static void find_ratio(const brume_error_estimate *e, level_sums *s, int k, doub
     }
     ratio = s->trust[k] > 0 ? 2 * pow(ratio / 2, s->trust[k]) : 2; /* MIN_ORDER */
     s->ratio[k] = ratio < 16 ? ratio : 16;                         /* MAX_ORDER */
+    s->order[k] = log2(s->ratio[k]);
 }
 
 static void sum_levels(const brume_error_estimate *e, const float *weights, level_sums *s) {
@@ -205,13 +208,13 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
         }
         uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
         if (n != grown_n || level != grown_level) {
-            growth = brume_error_estimate_growth(n, log2(ratio));
+            growth = brume_error_estimate_growth(n, s.order[level]);
             grown_n = n;
             grown_level = level;
         }
         double error = growth * variance_of(last, before, ratio);
         sum += error;
-        orders += error * log2(ratio);
+        orders += error * s.order[level];
         /* The derivative of the picture's error by this pixel's differences, times those: by themselves, and through
          * the ratio. */
         double influence = error;
@@ -245,7 +248,7 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
         for (size_t i = 0; i < pixels; i++) {
             double ratio = s.ratio[e->level[i]];
             uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
-            double growth = brume_error_estimate_growth(n, log2(ratio));
+            double growth = brume_error_estimate_growth(n, s.order[e->level[i]]);
             for (size_t c = 3 * i; c < 3 * i + 3; c++)
                 scaled[c] = (float)(growth * variance_of(e->last[c], e->before[c], ratio));
         }

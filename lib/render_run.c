@@ -11,7 +11,10 @@
 #include "render.h"
 
 #define LAUNCH_SECONDS 0.05
-enum { MAX_PASS_SAMPLES = 16 }; /* enough for lanes to take turns, few enough for a picture that fills evenly */
+enum {
+    MAX_PASS_SAMPLES = 16,         /* enough for lanes to take turns, few enough for a picture that fills evenly */
+    MAX_ADAPTIVE_SAMPLES = 256     /* a pass of some pixels only costs the schedule of all */
+};
 
 void brume_render_cancel(brume_render *render) {
     if (render) __atomic_store_n(&render->cancelled, 1, __ATOMIC_RELAXED);
@@ -126,7 +129,8 @@ static brume_result begin_pass(brume_render *r) {
     uint32_t left = r->stage_end - r->samples_done, power = 1;
     while (power <= r->samples_done) power *= 2;
     uint32_t size = r->samples_done ? power - r->samples_done : 1;
-    size = size < MAX_PASS_SAMPLES ? size : MAX_PASS_SAMPLES;
+    uint32_t most = r->ends ? MAX_ADAPTIVE_SAMPLES : MAX_PASS_SAMPLES;
+    size = size < most ? size : most;
     r->pass_samples = size < left ? size : left;
     r->pass_groups = r->layout.group_count;
     r->groups_done = 0;

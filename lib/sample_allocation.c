@@ -58,12 +58,17 @@ static int find_errors(const brume_error_estimate *e, double order, pixel_errors
     return 1;
 }
 
-/* The bins, from e n^p of the pixels around each. What the pixels of a bin have for an error they say themselves: they
- * had no part in the choice of the bin, so that errors which only chance put into one neighbourhood promise nothing. */
+/* The bins, from e n^p of the pixels around each (`both` becomes that). What the pixels of a bin have for an error they
+ * say themselves: they had no part in the choice of the bin, so that errors which only chance put into one
+ * neighbourhood promise nothing. */
 static void fill_bins(brume_allocation *a, const pixel_errors *errors, uint32_t x0, uint32_t y0) {
-    double mean = 0; /* of e n^p */
+    double mean = 0, powers[BRUME_ERROR_LEVELS], *both = errors->both; /* n^p */
     size_t pixels = (size_t)a->width * a->height;
-    for (size_t i = 0; i < pixels; i++) mean += errors->both[i] * pow(2, a->order * a->level[i]) / (double)pixels;
+    for (int k = 0; k < BRUME_ERROR_LEVELS; k++) powers[k] = pow(2, a->order * k);
+    for (size_t i = 0; i < pixels; i++) {
+        both[i] *= powers[a->level[i]];
+        mean += both[i] / (double)pixels;
+    }
     for (uint32_t y = 0; y < a->height; y++) {
         uint32_t top, bottom;
         block_of(y, y0, a->height, RING, &top, &bottom);
@@ -73,10 +78,8 @@ static void fill_bins(brume_allocation *a, const pixel_errors *errors, uint32_t 
             size_t here = (size_t)y * a->width + x;
             double sum = 0;
             for (uint32_t j = top; j < bottom; j++)
-                for (uint32_t i = left; i < right; i++) {
-                    size_t there = (size_t)j * a->width + i;
-                    if (there != here) sum += errors->both[there] * pow(2, a->order * a->level[there]);
-                }
+                for (size_t i = (size_t)j * a->width + left; i < (size_t)j * a->width + right; i++)
+                    if (i != here) sum += both[i];
             double count = (double)(bottom - top) * (right - left) - 1;
             double error = (count > 0 ? sum / count : 0) + UNSEEN * mean;
             int bin = bin_of(error, a->order, (x0 + x) / BLOCK | (y0 + y) / BLOCK << 16);
@@ -127,6 +130,12 @@ brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_
     memcpy(a->level, e->level, pixels * sizeof *a->level);
     fill_bins(a, &errors, x0, y0);
     fill_costs(a, x0, y0);
+    for (int level = 0; level < BRUME_ERROR_LEVELS; level++)
+        for (int bin = 0; bin < BRUME_ALLOCATION_BINS; bin++) {
+            if (a->cost[level][bin] == 0 && a->error[level][bin] == 0) continue;
+            if (a->bins[level][1] == 0) a->bins[level][0] = bin;
+            a->bins[level][1] = bin + 1;
+        }
     free_errors(&errors);
     return a;
 }
@@ -151,13 +160,13 @@ void brume_allocation_counts(const brume_allocation *a, int detail, uint32_t *co
 }
 
 void brume_allocation_predict(const brume_allocation *a, int detail, double *samples, double *relmse) {
-    double cost = 0, error = 0;
+    double cost = 0, error = 0, falls[BRUME_ERROR_LEVELS];
+    for (int k = 0; k < BRUME_ERROR_LEVELS; k++) falls[k] = pow(2, -a->order * k);
     for (int level = 0; level < BRUME_ERROR_LEVELS; level++)
-        for (int bin = 0; bin < BRUME_ALLOCATION_BINS; bin++) {
-            if (a->cost[level][bin] == 0 && a->error[level][bin] == 0) continue;
+        for (int bin = a->bins[level][0]; bin < a->bins[level][1]; bin++) {
             int then = level_at(a, bin, level, detail);
             cost += ldexp(a->cost[level][bin], then);
-            error += a->error[level][bin] * pow(2, -a->order * (then - level));
+            error += a->error[level][bin] * falls[then - level];
         }
     *samples = cost;
     *relmse = error;

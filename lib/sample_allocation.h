@@ -27,6 +27,7 @@ typedef struct brume_allocation {
     /* By the level and the bin: the share of the pixels that lie in blocks whose highest these are, and the relMSE at
      * the time of the pixels that are in it. */
     double cost[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS], error[BRUME_ERROR_LEVELS][BRUME_ALLOCATION_BINS];
+    int bins[BRUME_ERROR_LEVELS][2]; /* the first in use at a level, and behind the last */
 } brume_allocation;
 
 /* From an estimate. x, y: the crop's place in the picture. order: how the error falls from here on. most_samples: of
