@@ -116,9 +116,8 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
         options->verbosity >= 0)
         fprintf(stderr, "render-cli: warning: --time-limit was over before every pixel had a sample\n");
     if (cli_signal() && options->verbosity >= 0)
-        fprintf(stderr, "render-cli: stopped at %u %% of the samples; what there is has been written\n",
-                stats.sample_count == 0 ? 0 : (unsigned)(100.0 * (double)stats.samples /
-                ((double)stats.width * stats.height * stats.sample_count)));
+        fprintf(stderr, "render-cli: stopped at %.3g samples per pixel; what there is has been written\n",
+                (double)stats.samples / ((double)stats.width * stats.height));
 cleanup:
     cli_progress_finish(progress);
     cli_interruptible(NULL);

@@ -142,7 +142,6 @@ void cli_stats_print(FILE *file, const cli_run *run)
     member_number(file, "upload_seconds", stats->upload_seconds);
     member_number(file, "build_seconds", stats->build_seconds);
     fprintf(file, ",\"program_cached\":%s", stats->program_cached ? "true" : "false");
-    member_count(file, "program_bytes", stats->program_bytes);
     member_count(file, "quick_lanes", stats->quick_lanes);
     member_number(file, "swap_seconds", stats->swap_seconds);
     member_count(file, "swapped_at_sample", stats->swapped_at_sample);

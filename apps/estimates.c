@@ -138,7 +138,7 @@ static int measure_scene(const program *p, const char *name, ratios *r)
     size_t pixels = (size_t)reference.stats.width * reference.stats.height;
     for (int t = 0; t < TARGETS; t++) {
         int first_error = r->error_count, first_time = r->time_count;
-        if (reference.stats.relmse > 0.1 * pilot.stats.relmse / divisors[t]) {
+        if (reference.stats.relmse < 0 || reference.stats.relmse > 0.1 * pilot.stats.relmse / divisors[t]) {
             printf("| %s | %.2g | | the reference's own error is %.2g | | | |\n", name,
                    pilot.stats.relmse / divisors[t], reference.stats.relmse);
             continue;

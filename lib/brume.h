@@ -455,7 +455,8 @@ typedef struct brume_render_desc {
     brume_precision precision; /* FLOAT */
     uint32_t lanes;            /* paths per work-item: 1, 4, 8, 16; 0: what suits the device */
     uint32_t guides;           /* record albedo, normal and depth; 1 */
-    uint32_t sample_count;     /* per pixel; 0: the scene's, with a noise threshold or time limit as many as it takes */
+    uint32_t sample_count;     /* per pixel, up to 2^24; 0: the scene's, with a noise threshold or time limit as many as
+                                  it takes */
     uint32_t first_sample;     /* index of the first: ranges [first, first + count) of several renders add up; 0 */
     uint32_t use_seed, seed;   /* override the scene's seed; 0, 0 */
     uint32_t use_crop;         /* override the scene's crop; 0 */
@@ -499,8 +500,9 @@ typedef struct brume_progress {
     uint64_t samples;        /* done so far, over all pixels */
     double relmse;           /* estimated error of the picture as it is (see brume_render_stats); < 0: not known yet */
     double relmse_low, relmse_high; /* 95 % confidence */
-    /* When the goal (noise threshold, time limit, sample count) will be reached, in seconds of brume_render_run
-     * altogether, with what may come of the estimate's uncertainty; and the relMSE then. < 0: not known yet */
+    /* When the goal (noise threshold, time limit, adaptive sample count) will be reached, in seconds of
+     * brume_render_run altogether, with what may come of the estimate's uncertainty; and the relMSE then. < 0: not
+     * known yet */
     double predicted_seconds, predicted_low, predicted_high, predicted_relmse;
 } brume_progress;
 
@@ -512,8 +514,8 @@ typedef int (*brume_progress_callback)(void *user, const brume_progress *progres
 BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_callback progress, void *user);
 
 /* Changes how many samples per pixel are asked for, from what is begun already upwards: run then renders what is
- * missing. The film is the same as if it had been asked for at once, so that one render passes through every picture
- * of fewer samples. */
+ * missing. Where all pixels get as many, the film is the same as if it had been asked for at once, so that one render
+ * passes through every picture of fewer samples; adaptive sampling plans by what is asked for. */
 BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count);
 
 /* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
@@ -532,7 +534,7 @@ typedef struct brume_render_stats {
     brume_strategy strategy;
     uint32_t positions;             /* as asked for */
     brume_indirect indirect;        /* what it came to: never AUTO */
-    uint32_t complete;              /* every sample of it is in the film */
+    uint32_t complete;              /* every sample of it is in the film, or the goal is reached */
     uint64_t samples;               /* in the film, over all pixels */
     uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */
     uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for replay */
@@ -543,8 +545,8 @@ typedef struct brume_render_stats {
     uint32_t quick_lanes;           /* width of the program that a quick start began with; 0: there was none */
     uint32_t swapped_at_sample;     /* per pixel, in whole passes, when the wide one took over; 0 if it did not */
     double swap_seconds;            /* from the start of the build until then; 0 if it did not */
-    /* The picture's error as estimated from itself when its pixels last held a power of two samples: the mean over
-     * pixels and channels of (I - R)^2 / (R^2 + 0.01 mean(R)^2), R being what the picture I converges to; < 0: not
+    /* The picture's error as estimated from itself, during a run when pixels last held a power of two samples: the mean
+     * over pixels and channels of (I - R)^2 / (R^2 + 0.01 mean(R)^2), R being what the picture I converges to; < 0: not
      * known. Needs brume_render_desc.error_estimate. */
     double relmse, relmse_low, relmse_high; /* the last two: 95 % confidence */
     double order;                   /* the error falls as samples^-order */

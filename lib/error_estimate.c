@@ -55,12 +55,11 @@ void brume_error_estimate_update(brume_error_estimate *e, const float *mean, con
     }
 }
 
-double brume_error_estimate_growth(uint32_t n, double order) {
+double brume_error_estimate_growth(uint32_t n, int level, double order) {
     if (n == 0) return 0;
-    if ((n & (n - 1)) == 0) return 1;
-    uint32_t block = 1;
-    while (block <= n / 2) block *= 2;
-    double sum = 0, first = block;
+    if (n == 1u << level) return 1;
+    uint32_t block = 1u << 31;
+    double sum = 0, first = ldexp(1, level);
     for (uint32_t left = n; left > 0; left -= block) {
         while (block > left) block /= 2;
         double share = (double)block / n;
@@ -163,6 +162,7 @@ static void sum_levels(const brume_error_estimate *e, const float *weights, leve
     for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
         double pixel_last = 0, pixel_before = 0;
+        if (level < FIRST_LEVEL) continue;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double w = weights ? weights[c] : 1;
             pixel_last += w * e->last[c];
@@ -190,8 +190,10 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     brume_error_result r = {0};
     level_sums s;
     size_t pixels = (size_t)e->width * e->height;
-    for (size_t i = 0; i < pixels; i++)
-        if (e->level[i] < FIRST_LEVEL) return r;
+    /* A pixel or two whose samples came out NaN are not to stand in the way. */
+    size_t behind = 0;
+    for (size_t i = 0; i < pixels; i++) behind += e->level[i] < FIRST_LEVEL;
+    if (behind > pixels / 100) return r;
     float *weights = brume_error_estimate_weights(e);
     if (!weights) return r;
     sum_levels(e, weights, &s);
@@ -202,13 +204,14 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
         double last = 0, before = 0, ratio = s.ratio[level];
+        if (level < FIRST_LEVEL) continue;
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             last += (double)weights[c] * e->last[c];
             before += (double)weights[c] * e->before[c];
         }
         uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
         if (n != grown_n || level != grown_level) {
-            growth = brume_error_estimate_growth(n, s.order[level]);
+            growth = brume_error_estimate_growth(n, level, s.order[level]);
             grown_n = n;
             grown_level = level;
         }
@@ -230,6 +233,7 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     free(weights);
     double n = (double)pixels, variance = squares - influences * influences / n;
     double deviation = sum > 0 && variance > 0 ? sqrt(variance) / sum : 0;
+    deviation = fmax(deviation, 1 / sqrt(n)); /* a few pixels know nothing of their own spread */
     r.known = 1;
     r.relmse = sum / (3 * n);
     r.low = r.relmse * exp(-1.96 * deviation);
@@ -248,7 +252,7 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
         for (size_t i = 0; i < pixels; i++) {
             double ratio = s.ratio[e->level[i]];
             uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
-            double growth = brume_error_estimate_growth(n, s.order[e->level[i]]);
+            double growth = brume_error_estimate_growth(n, e->level[i], s.order[e->level[i]]);
             for (size_t c = 3 * i; c < 3 * i + 3; c++)
                 scaled[c] = (float)(growth * variance_of(e->last[c], e->before[c], ratio));
         }

@@ -63,8 +63,7 @@ float *brume_error_estimate_weights(const brume_error_estimate *e);
  * memory. */
 int brume_box_sums(const float *values, uint32_t width, uint32_t height, float *sums, float *inside);
 
-/* The variance of n samples over that of the largest power of two 2^level <= n: blocks of powers of two, each of them
- * scrambled as if alone. */
-double brume_error_estimate_growth(uint32_t n, double order);
+/* The variance of n samples over that of 2^level: in blocks of powers of two, each of them scrambled as if alone. */
+double brume_error_estimate_growth(uint32_t n, int level, double order);
 
 #endif

@@ -15,6 +15,7 @@
 enum {
     GPU_LOCAL_SIZE = 64,
     RENDER_COOKIE = 0x62720001,
+    MOST_SAMPLES = 1 << 24, /* per pixel: the film counts them in float */
     GOAL_SAMPLES = 1 << 20, /* per pixel at most, where an error or a time is the goal and no count is given */
     /* On a segment, unless asked for: more cost more than they gain (measured by make ladder). */
     SYSTEMATIC_POSITIONS = 4,
@@ -46,6 +47,9 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
     if (desc->precision == BRUME_PRECISION_DOUBLE && !device->info.has_double)
         return brume_fail(context, BRUME_ERROR_DEVICE, "%s has no double precision", device->info.name);
     uint32_t count = desc->sample_count ? desc->sample_count : scene->integrator.sample_count;
+    if (count > MOST_SAMPLES)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: %u samples per pixel; at most 2^24 fit",
+                          count);
     if (count > UINT32_MAX - desc->first_sample)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: sample %u + %u is beyond 2^32",
                           desc->first_sample, count);
@@ -309,9 +313,10 @@ brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample
     if (!render) return BRUME_ERROR_ARGUMENT;
     uint32_t begun = render->ends ? (uint32_t)(render->work / render->layout.group_count)
                                   : render->samples_done + render->pass_samples;
-    if (sample_count < begun || sample_count == 0 || sample_count > UINT32_MAX - render->desc.first_sample)
+    if (sample_count < begun || sample_count == 0 || sample_count > MOST_SAMPLES ||
+        sample_count > UINT32_MAX - render->desc.first_sample)
         return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT,
-                          "brume_render_set_sample_count: %u is not between the %u samples that are begun and 2^32",
+                          "brume_render_set_sample_count: %u is not between the %u samples that are begun and 2^24",
                           sample_count, begun);
     render->desc.sample_count = render->stats.sample_count = sample_count;
     if (!render->ends && render->stage_end > sample_count) render->stage_end = sample_count;

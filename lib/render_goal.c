@@ -127,8 +127,7 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
         if (may_adapt(r) && r->looked && r->error.known) {
             brume_allocation_free(r->allocation);
-            r->allocation = brume_allocation_create(&r->estimate, r->stats.crop_x, r->stats.crop_y, order_ahead(r),
-                                                    MOST_SAMPLES);
+            r->allocation = brume_allocation_create(&r->estimate, 0, 0, order_ahead(r), MOST_SAMPLES);
             if (!r->allocation)
                 result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
         }
@@ -140,6 +139,13 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
 
 brume_result brume_goal_last_look(brume_render *r) {
     if (r->looked || !r->error.known) return BRUME_OK;
+    /* A range that starts in the middle of a net has been looked at for a part of it only, and is none. */
+    uint32_t net = 1;
+    while (net <= r->samples_done / 2) net *= 2;
+    if (r->desc.first_sample % net != 0) {
+        r->error.known = 0;
+        return BRUME_OK;
+    }
     float *mean, *count;
     brume_result result = read_film(r, &mean, &count);
     if (result == BRUME_OK) r->error = brume_error_estimate_picture(&r->estimate, count);
@@ -168,16 +174,19 @@ static brume_result start_adapting(brume_render *r) {
 static void next_adaptive_stage(brume_render *r, double budget) {
     const brume_render_desc *d = &r->desc;
     size_t pixels = (size_t)r->layout.width * r->layout.height;
-    double now, error, then;
+    double now, error, then, unused;
     brume_allocation_predict(r->allocation, 0, &now, &error);
     int most = brume_allocation_for_samples(r->allocation, budget - mean_samples(r) + now);
     int detail = brume_allocation_for_samples(r->allocation, STAGE * now);
     if (d->noise_threshold > 0) {
         double wanted = fmax(d->noise_threshold / r->error.relmse, 1 / STAGE) * error;
-        detail = brume_allocation_for_error(r->allocation, wanted);
+        detail = error > 0 ? brume_allocation_for_error(r->allocation, wanted) : 0;
+        /* The target is not reached yet: somebody has to go on. */
+        brume_allocation_predict(r->allocation, detail, &then, &unused);
+        while (then <= now && detail < most) brume_allocation_predict(r->allocation, ++detail, &then, &unused);
     }
     if (detail > most) detail = most;
-    brume_allocation_predict(r->allocation, detail, &then, &error);
+    brume_allocation_predict(r->allocation, detail, &then, &unused);
     /* On the way to a target pixels may get more samples at no predicted cost: as many as others in their 4 x 4. */
     if (then <= now && !(d->noise_threshold > 0)) {
         r->finished = 1;
@@ -210,10 +219,13 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
         r->finished = 1;
         return BRUME_OK;
     }
-    if (!r->ends && r->error.known && may_adapt(r) && r->allocation) {
-        int pays = d->noise_threshold > 0 &&
-                   samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
-        pays |= relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -order_ahead(r));
+    int is_net = (r->samples_done & (r->samples_done - 1)) == 0;
+    if (!r->ends && !reached && is_net && r->error.known && may_adapt(r) && r->allocation) {
+        int pays;
+        if (d->noise_threshold > 0)
+            pays = samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
+        else
+            pays = relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -order_ahead(r));
         if (d->adaptive == BRUME_ADAPTIVE_ON || pays) {
             brume_result result = start_adapting(r);
             if (result != BRUME_OK) return result;
@@ -222,7 +234,8 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     if (r->ends) {
         next_adaptive_stage(r, budget);
     } else {
-        uint32_t next = r->samples_done ? 2 * r->samples_done : FIRST_STAGE;
+        uint32_t next = FIRST_STAGE;
+        while (next <= r->samples_done) next *= 2;
         r->stage_end = next < most ? next : most;
     }
     return BRUME_OK;

@@ -179,7 +179,10 @@ static brume_result run_launch(brume_render *r, const run *now) {
 }
 
 static brume_result run_step(brume_render *r, const run *now) {
-    if (r->needs_pilot && r->pilot_done < r->layout.group_count) return run_pilot(r);
+    if (r->needs_pilot && r->pilot_done < r->layout.group_count) {
+        if (r->desc.time_limit > 0 && r->create_seconds + spent(r, now) >= r->desc.time_limit) r->finished = 1;
+        return r->finished ? BRUME_OK : run_pilot(r);
+    }
     if (r->pass_samples > 0) return run_launch(r, now);
     brume_result result = BRUME_OK;
     if (r->samples_done >= r->stage_end) result = brume_goal_next_stage(r, spent(r, now));

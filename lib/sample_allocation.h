@@ -30,8 +30,8 @@ typedef struct brume_allocation {
     int bins[BRUME_ERROR_LEVELS][2]; /* the first in use at a level, and behind the last */
 } brume_allocation;
 
-/* From an estimate. x, y: the crop's place in the picture. order: how the error falls from here on. most_samples: of
- * any pixel. NULL without memory. */
+/* From an estimate. x, y: of its first pixel in the grid of blocks that are rendered together. order: how the error
+ * falls from here on. most_samples: of any pixel. NULL without memory. */
 brume_allocation *brume_allocation_create(const brume_error_estimate *e, uint32_t x, uint32_t y, double order,
                                           uint32_t most_samples);
 void brume_allocation_free(brume_allocation *a);

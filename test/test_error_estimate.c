@@ -238,11 +238,14 @@ static void variance_of_pixels(void **state) {
 /* V(n) = V(2^k) times this, from the blocks by hand: of order 1 it is 2^k / n. */
 static void growth_between_powers(void **state) {
     (void)state;
-    assert_true(fabs(brume_error_estimate_growth(64, 1.7) - 1) < 1e-15);
-    assert_true(fabs(brume_error_estimate_growth(48, 1) - 32.0 / 48) < 1e-15);
-    assert_true(fabs(brume_error_estimate_growth(1000, 1) - 512.0 / 1000) < 1e-14);
-    assert_true(fabs(brume_error_estimate_growth(3, 2) - (4.0 / 9 + 4.0 / 9)) < 1e-15);
-    assert_true(brume_error_estimate_growth(0, 2) == 0);
+    assert_true(fabs(brume_error_estimate_growth(64, 6, 1.7) - 1) < 1e-15);
+    assert_true(fabs(brume_error_estimate_growth(48, 5, 1) - 32.0 / 48) < 1e-15);
+    assert_true(fabs(brume_error_estimate_growth(1000, 9, 1) - 512.0 / 1000) < 1e-14);
+    assert_true(fabs(brume_error_estimate_growth(3, 1, 2) - (4.0 / 9 + 4.0 / 9)) < 1e-15);
+    assert_true(brume_error_estimate_growth(0, 0, 2) == 0);
+    /* of a pixel whose last sample was dropped, and of one that has had more than were looked at */
+    assert_true(fabs(brume_error_estimate_growth(31, 5, 1) - 32.0 / 31) < 1e-14);
+    assert_true(fabs(brume_error_estimate_growth(64, 3, 2) - 1.0 / 64) < 1e-15);
 }
 
 int main(void) {

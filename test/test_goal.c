@@ -211,6 +211,93 @@ static void told_error_is_the_error(void **state) {
     brume_scene_destroy(scene);
 }
 
+/* A black picture has reached any target, and is not looked at for ever; nor is one pixel. */
+static void nothing_to_see_is_soon_seen(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    brume_scene *scene = new_scene(2, 16);
+    set_camera(scene, &along_z, BRUME_NONE);
+    add_wall(scene, 5, 1, 0.5);
+    for (int adaptive = BRUME_ADAPTIVE_AUTO; adaptive <= BRUME_ADAPTIVE_ON; adaptive++) {
+        brume_render_desc desc = brume_render_desc_default();
+        brume_render_stats stats;
+        brume_render *render;
+        desc.adaptive = (brume_adaptive)adaptive;
+        desc.noise_threshold = 1e-3;
+        must(brume_render_create(device, scene, &desc, &render));
+        must(brume_render_run(render, NULL, NULL));
+        must(brume_render_get_stats(render, &stats));
+        brume_render_destroy(render);
+        assert_true(stats.complete && stats.relmse == 0);
+        assert_int_equal(stats.samples, 16 * PIXELS * PIXELS);
+    }
+    brume_scene_destroy(scene);
+    scene = slats();
+    brume_render_desc desc = brume_render_desc_default();
+    brume_render_stats stats;
+    brume_render *render;
+    desc.use_crop = 1;
+    desc.crop_x = 30;
+    desc.crop_y = 20;
+    desc.crop_width = desc.crop_height = 1;
+    desc.adaptive = BRUME_ADAPTIVE_ON;
+    desc.noise_threshold = 1e-3;
+    desc.sample_count = 1 << 14;
+    must(brume_render_create(device, scene, &desc, &render));
+    must(brume_render_run(render, NULL, NULL));
+    must(brume_render_get_stats(render, &stats));
+    brume_render_destroy(render);
+    assert_true(stats.complete && (stats.relmse <= 1e-3 || stats.samples == 1 << 14));
+    brume_scene_destroy(scene);
+}
+
+/* A range that is not a net of Sobol' points tells no error; one that is does. */
+static void ranges_that_are_no_nets(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    brume_scene *scene = slats();
+    for (uint32_t first = 64; first <= 72; first += 8) {
+        brume_render_desc desc = brume_render_desc_default();
+        brume_render_stats stats;
+        brume_render *render;
+        desc.first_sample = first;
+        desc.sample_count = 50;
+        must(brume_render_create(device, scene, &desc, &render));
+        must(brume_render_run(render, NULL, NULL));
+        must(brume_render_get_stats(render, &stats));
+        brume_render_destroy(render);
+        assert_true(first == 64 ? stats.relmse > 0 : stats.relmse < 0);
+    }
+    brume_scene_destroy(scene);
+}
+
+/* More samples than were asked for first, from a number that is no power of two. */
+static void more_samples_afterwards(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static film f;
+    brume_scene *scene = slats();
+    brume_render_desc desc = brume_render_desc_default();
+    brume_render *render;
+    desc.noise_threshold = 1e-6;
+    desc.sample_count = 20;
+    must(brume_render_create(device, scene, &desc, &render));
+    must(brume_render_run(render, NULL, NULL));
+    must(brume_render_get_stats(render, &f.stats));
+    assert_true(f.stats.samples <= 20ull * COUNT);
+    must(brume_render_set_sample_count(render, 100));
+    must(brume_render_run(render, NULL, NULL));
+    must(brume_render_get_stats(render, &f.stats));
+    must(brume_render_read(render, BRUME_CHANNEL_SAMPLE_COUNT, f.samples, COUNT));
+    assert_true(f.stats.samples > 60ull * COUNT && f.stats.samples <= 100ull * COUNT);
+    for (int i = 0; i < COUNT; i++) {
+        uint32_t n = (uint32_t)f.samples[i];
+        assert_true((n & (n - 1)) == 0 || !f.stats.adaptive);
+    }
+    brume_render_destroy(render);
+    brume_scene_destroy(scene);
+}
+
 static void time_limit_ends_it(void **state) {
     (void)state;
     NEEDS_DEVICE();
@@ -256,6 +343,9 @@ int main(void) {
         cmocka_unit_test(a_pixel_is_its_samples_mean),
         cmocka_unit_test(adaptive_pictures_are_unbiased),
         cmocka_unit_test(told_error_is_the_error),
+        cmocka_unit_test(nothing_to_see_is_soon_seen),
+        cmocka_unit_test(ranges_that_are_no_nets),
+        cmocka_unit_test(more_samples_afterwards),
         cmocka_unit_test(time_limit_ends_it),
         cmocka_unit_test(wrong_goals_are_refused),
     };
