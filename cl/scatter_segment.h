@@ -20,6 +20,9 @@
 #include "traverse_wedge.h"
 #include "visibility.h"
 
+/* On a camera ray, towards a directional lamp: what more of them gain they cost (measured by make ladder). */
+#define PARALLEL_POSITIONS 2
+
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
 /* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow
@@ -206,7 +209,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     mask plain = controlled | (way == I(PLAN_ONE)); /* equiangular: a table would not pay */
     if (STRATEGY == STRATEGY_AUTO && !s->is_pilot) {
         mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
-        ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : I(2);
+        ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : l->met ? I(4) : I(2); /* measured by make ladder */
         count = (several & (way != I(PLAN_RASTER)) & (rays < count)) ? rays : count;
     }
     count = plain ? I(1) : count;
@@ -295,7 +298,13 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
 /* The same for directional light, over its irradiance. */
 FN rgb scatter_parallel(const scene *s, const lamp *l, const segment *at, real u, mask live) {
     int most = scatter_positions(s, live & at->primary);
-    ireal count = at->primary ? I(most) : I(1);
+    mask several = at->primary;
+    if (STRATEGY == STRATEGY_AUTO) {
+        most = most < PARALLEL_POSITIONS ? most : PARALLEL_POSITIONS;
+        several = several & !l->met; /* which part of the sky it is, is noise that more points don't remove */
+        if (!ANY(live & several)) most = 1;
+    }
+    ireal count = several ? I(most) : I(1);
     real sigma = grey_extinction(&at->m), per_count = R(1) / to_real(count);
     real phase = phase_hg(l->axis, vneg(at->d), at->m.g);
     rgb sum = cgrey(R(0));
