@@ -140,7 +140,7 @@ typedef struct level_sums {
 /* The order of what a picture's last errors consist of is usually 1 and a little: its logarithm has a spread of SPREAD
  * about that. Where few pixels hold most of the error their ratio says less than that does, and believing it would make
  * errors too small more often than too large. */
-#define SPREAD 0.35
+#define SPREAD 0.6
 
 static void find_ratio(const brume_error_estimate *e, level_sums *s, int k, double last, double before) {
     double ratio = last > 0 ? before / last : 2;
