@@ -201,6 +201,19 @@ static void no_error(void **state) {
     brume_error_estimate_free(&e);
 }
 
+/* A level comes again when other pixels reach it later: those that were there stay as they are. */
+static void pixels_are_seen_once_a_level(void **state) {
+    (void)state;
+    static picture p;
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
+    render(SMOOTH, 5, 16, &e, &p);
+    double before = brume_error_estimate_picture(&e, p.count).relmse;
+    brume_error_estimate_update(&e, p.mean, p.count, 4);
+    assert_true(before > 0 && brume_error_estimate_picture(&e, p.count).relmse == before);
+    brume_error_estimate_free(&e);
+}
+
 static void too_few_samples(void **state) {
     (void)state;
     static picture p;
@@ -257,6 +270,7 @@ int main(void) {
         cmocka_unit_test(any_number_of_samples),
         cmocka_unit_test(wrong_formulas_are_seen),
         cmocka_unit_test(no_error),
+        cmocka_unit_test(pixels_are_seen_once_a_level),
         cmocka_unit_test(too_few_samples),
         cmocka_unit_test(variance_of_pixels),
         cmocka_unit_test(growth_between_powers),
