@@ -3,12 +3,18 @@
 
 #include <ctype.h>
 #include <poll.h>
+#include <setjmp.h>
 #include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
 #include <stdio.h>
 #include <string.h>
 #include <sys/types.h>
 #include <sys/wait.h>
 #include <unistd.h>
+
+#include <cmocka.h>
 
 /* Reads what there is, keeps what fits; 0 at the end. */
 static int drain(int pipe, char *text, size_t room, size_t *length)
@@ -76,6 +82,30 @@ int child_run(child_result *result, const char *folder, const char *const *argv,
         return 0;
     result->status = WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
     return result->status != 127;
+}
+
+int child_run_line(child_result *result, const char *folder, const char *const *first, const char *line,
+                   const char *signal_after, int number)
+{
+    enum { MOST = 31 };
+    char words[1024];
+    const char *argv[MOST + 1] = {NULL};
+    int count = 0;
+    for (; first[count] && count < MOST; count++)
+        argv[count] = first[count];
+    snprintf(words, sizeof words, "%s", line);
+    for (char *word = strtok(words, " "); word && count < MOST; word = strtok(NULL, " "))
+        argv[count++] = word;
+    assert_true(child_run(result, folder, argv, signal_after, number));
+    return result->status;
+}
+
+void child_expect_error_line(const child_result *result, const char *part)
+{
+    static const char prefix[] = "render-cli: error: ";
+    if (strncmp(result->err, prefix, sizeof prefix - 1) != 0 || !strstr(result->err, part) ||
+        strchr(result->err, '\n') != result->err + strlen(result->err) - 1)
+        fail_msg("expected one error line with \"%s\", got:\n%s", part, result->err);
 }
 
 /* ---- JSON: each function moves *s behind what it accepts, and returns whether it did ---- */

@@ -11,6 +11,15 @@ typedef struct child_result {
  * soon as a line of its standard output contains that text. Returns 0 if the child could not be run. */
 int child_run(child_result *result, const char *folder, const char *const *argv, const char *signal_after, int number);
 
+/* The same with the words of `line` behind those of `first` (NULL at the end), up to 31 in all. Fails the running test
+ * if the child could not be run; returns its status. */
+int child_run_line(child_result *result, const char *folder, const char *const *first, const char *line,
+                   const char *signal_after, int number);
+
+/* Fails the running test unless the child printed one line of render-cli's errors, and nothing else on its standard
+ * error, with `part` in it. */
+void child_expect_error_line(const child_result *result, const char *part);
+
 /* Whether `text` is one JSON value (RFC 8259), perhaps with white space around it. */
 int json_valid(const char *text);
 /* The text behind "name": in `json`, NULL if there is none. */

@@ -73,28 +73,13 @@ static void remove_file(const char *name)
 /* Runs render-cli with the words of `line` as arguments; what it printed is in `result`. */
 static int run_until(const char *line, const char *signal_after, int number)
 {
-    char words[1024];
-    const char *argv[32] = {program};
-    int count = 1;
-    snprintf(words, sizeof words, "%s", line);
-    for (char *word = strtok(words, " "); word && count < 31; word = strtok(NULL, " "))
-        argv[count++] = word;
-    assert_true(child_run(&result, folder, argv, signal_after, number));
-    return result.status;
+    const char *const first[] = {program, NULL};
+    return child_run_line(&result, folder, first, line, signal_after, number);
 }
 
 static int run(const char *line)
 {
     return run_until(line, NULL, 0);
-}
-
-/* One error line and nothing else on standard error, with `part` in it. */
-static void expect_error_line(const char *part)
-{
-    static const char prefix[] = "render-cli: error: ";
-    if (strncmp(result.err, prefix, sizeof prefix - 1) != 0 || !strstr(result.err, part) ||
-        strchr(result.err, '\n') != result.err + strlen(result.err) - 1)
-        fail_msg("expected one error line with \"%s\", got:\n%s", part, result.err);
 }
 
 static void expect_member(const char *name, const char *value)
@@ -174,7 +159,7 @@ static void usage_errors(void **state)
         int status = run(cases[i].line);
         if (status != 2)
             fail_msg("\"%s\": exit code %d, expected 2", cases[i].line, status);
-        expect_error_line(cases[i].part);
+        child_expect_error_line(&result, cases[i].part);
     }
 }
 
@@ -192,12 +177,12 @@ static void scene_errors(void **state)
 {
     (void)state;
     assert_int_equal(run("missing.xml"), 3);
-    expect_error_line("missing.xml");
+    child_expect_error_line(&result, "missing.xml");
     write_file("wrong.xml", "<scene version='3.0.0'>\n<shape type='spere'/>\n</scene>\n");
     assert_int_equal(run("wrong.xml"), 3);
-    expect_error_line("wrong.xml:2:");
+    child_expect_error_line(&result, "wrong.xml:2:");
     assert_int_equal(run("scene.xml -D heigth=8"), 3);
-    expect_error_line("heigth");
+    child_expect_error_line(&result, "heigth");
 }
 
 static void devices(void **state)
@@ -209,9 +194,9 @@ static void devices(void **state)
     }
     assert_int_equal(strncmp(result.out, "0: ", 3), 0);
     assert_int_equal(run("scene.xml --device no-such-device"), 4);
-    expect_error_line("no-such-device");
+    child_expect_error_line(&result, "no-such-device");
     assert_int_equal(run("scene.xml --device 999"), 4);
-    expect_error_line("999");
+    child_expect_error_line(&result, "999");
 }
 
 static void unwritable_outputs_are_refused_first(void **state)
@@ -219,7 +204,7 @@ static void unwritable_outputs_are_refused_first(void **state)
     (void)state;
     /* The scene doesn't exist, which would be exit code 3: outputs are looked at before anything else is done. */
     assert_int_equal(run("missing.xml -o no/such/folder/a.exr"), 6);
-    expect_error_line("no/such/folder/a.exr");
+    child_expect_error_line(&result, "no/such/folder/a.exr");
     assert_int_equal(run("missing.xml -o good.exr -o no/such/folder/a.png"), 6);
     assert_int_equal(run("missing.xml -o scene.xml/a.png"), 6);
     assert_int_equal(run("missing.xml --stats=json:no/such/folder/stats"), 6);
@@ -227,7 +212,7 @@ static void unwritable_outputs_are_refused_first(void **state)
     snprintf(path, sizeof path, "%s/folder.exr", folder);
     assert_int_equal(mkdir(path, 0777), 0);
     assert_int_equal(run("missing.xml -o folder.exr"), 6);
-    expect_error_line("folder");
+    child_expect_error_line(&result, "folder");
     assert_int_equal(rmdir(path), 0);
     char bytes[4];
     assert_int_equal(read_file("good.exr", bytes, sizeof bytes), -1);
@@ -286,7 +271,7 @@ static void crop_and_sample_range(void **state)
     expect_member("samples", "392");
 
     assert_int_equal(run("scene.xml -o crop.exr --crop 0,25,0,16"), 2);
-    expect_error_line("crop");
+    child_expect_error_line(&result, "crop");
 }
 
 /* What is asked for comes back by its name, with the scene's where nothing is. */

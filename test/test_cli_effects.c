@@ -63,14 +63,8 @@ static void remove_file(const char *name)
 
 static int run_until(const char *line, const char *signal_after, int number)
 {
-    char words[1024];
-    const char *argv[32] = {program};
-    int count = 1;
-    snprintf(words, sizeof words, "%s", line);
-    for (char *word = strtok(words, " "); word && count < 31; word = strtok(NULL, " "))
-        argv[count++] = word;
-    assert_true(child_run(&result, folder, argv, signal_after, number));
-    return result.status;
+    const char *const first[] = {program, NULL};
+    return child_run_line(&result, folder, first, line, signal_after, number);
 }
 
 static int run(const char *line)

@@ -71,27 +71,13 @@ static char *read_file(const char *name)
 
 static int run_until(const char *line, const char *signal_after, int number)
 {
-    char words[1024];
-    const char *argv[32] = {program, "study", SCENE};
-    int count = 3;
-    snprintf(words, sizeof words, "%s", line);
-    for (char *word = strtok(words, " "); word && count < 31; word = strtok(NULL, " "))
-        argv[count++] = word;
-    assert_true(child_run(&result, folder, argv, signal_after, number));
-    return result.status;
+    const char *const first[] = {program, "study", SCENE, NULL};
+    return child_run_line(&result, folder, first, line, signal_after, number);
 }
 
 static int run(const char *line)
 {
     return run_until(line, NULL, 0);
-}
-
-static void expect_error_line(const char *part)
-{
-    static const char prefix[] = "render-cli: error: ";
-    if (strncmp(result.err, prefix, sizeof prefix - 1) != 0 || !strstr(result.err, part) ||
-        strchr(result.err, '\n') != result.err + strlen(result.err) - 1)
-        fail_msg("expected one error line with \"%s\", got:\n%s", part, result.err);
 }
 
 static int has_device(void)
@@ -143,7 +129,7 @@ static void usage_errors(void **state)
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         if (run(cases[i].line) != 2)
             fail_msg("\"%s\": exit code %d, expected 2", cases[i].line, result.status);
-        expect_error_line(cases[i].part);
+        child_expect_error_line(&result, cases[i].part);
     }
     assert_int_equal(run("--help"), 0);
     assert_non_null(strstr(result.out, "--time-target"));
@@ -274,7 +260,7 @@ static void adaptive_and_without(void **state)
     free(json);
     assert_int_equal(run("--settings auto,auto+adaptive,auto+without-multiple-scattering --budget 8 -o placed "
                          "--without absorption"), 2);
-    expect_error_line("without");
+    child_expect_error_line(&result, "without");
 }
 
 static void another_study_is_refused(void **state)
@@ -290,8 +276,8 @@ static void another_study_is_refused(void **state)
     static const char *const parts[] = {"budget", "settings", "size", "seed", "content"};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         assert_int_equal(run(others[i]), 2);
-        expect_error_line(parts[i]);
-        expect_error_line("--fresh");
+        child_expect_error_line(&result, parts[i]);
+        child_expect_error_line(&result, "--fresh");
     }
     char *after = read_file("plain/study.journal");
     assert_string_equal(before, after);
@@ -299,10 +285,10 @@ static void another_study_is_refused(void **state)
     free(after);
     write_file("plain/study.journal", "something else\n");
     assert_int_equal(run(PLAIN " -o plain"), 2);
-    expect_error_line("no journal");
+    child_expect_error_line(&result, "no journal");
     assert_int_equal(run("--settings auto --budget 0.2 -o plain --fresh"), 0);
     assert_int_equal(run("-o " SCENE "/x"), 6);
-    expect_error_line(SCENE "/x");
+    child_expect_error_line(&result, SCENE "/x");
 }
 
 /* Stopped in the middle, and once more in the middle of a line of its journal: what was finished stays as it was, the
@@ -376,13 +362,13 @@ static void somebody_elses_reference(void **state)
     assert_true(error > 0 && error < 1 && light > 0.9 && light < 1.1);
     free(json);
     assert_int_equal(run("--settings auto -o other --reference missing.exr"), 3);
-    expect_error_line("missing.exr");
+    child_expect_error_line(&result, "missing.exr");
     assert_int_equal(run("--settings auto -o other --reference theirs.exr --width 12"), 2);
-    expect_error_line("theirs.exr");
+    child_expect_error_line(&result, "theirs.exr");
     const char *square[] = {program, SCENE, "-o", "theirs.exr", "--spp", "1", "--crop", "0,16,0,16", NULL};
     assert_true(child_run(&result, folder, square, NULL, 0));
     assert_int_equal(run("--settings auto -o other --reference theirs.exr"), 2);
-    expect_error_line("16 x 16");
+    child_expect_error_line(&result, "16 x 16");
 }
 
 static int setup(void **state)
