@@ -442,8 +442,8 @@ typedef struct brume_render brume_render;
 
 typedef enum brume_precision { BRUME_PRECISION_FLOAT = 0, BRUME_PRECISION_DOUBLE = 1 } brume_precision;
 
-/* Whether pixels get samples by their need, so that the picture's error falls fastest. A pixel's own samples have no
- * say in how many there are: it is unbiased. */
+/* Whether pixels get samples by their need, so that the picture's error falls fastest. How many a pixel gets is decided
+ * by the errors around it and not by its own, so that its mean has no bias that could be measured. */
 typedef enum brume_adaptive {
     BRUME_ADAPTIVE_AUTO = 0, /* with a noise threshold or a time limit, where it pays; the default */
     BRUME_ADAPTIVE_OFF = 1,  /* all pixels alike */

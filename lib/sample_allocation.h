@@ -2,9 +2,9 @@
  *
  * A pixel that has n_i samples and the error e_i has e_i (n_i / n)^p with n. Their sum is least, for a given number
  * of samples, where n is in proportion to (e_i n_i^p)^(1 / (p + 1)). A pixel's e is taken from the pixels around it and
- * not from itself: its own samples, which stay in the picture, have no say in how many of them there are, and so its
- * mean has no bias. (Stopping a pixel when it looks converged has: Kirk & Arvo 1991.) What remains runs through the
- * whole picture's total, and, from the second allocation on, through how well its neighbours are known.
+ * not from itself: stopping a pixel by its own samples, when it looks converged, would bias it (Kirk & Arvo 1991). What
+ * remains runs through the whole picture's total, through the weights of its neighbours' errors, whose 5 x 5 means it
+ * is in, and, from the second allocation on, through how well they are known: too little for tests to see.
  *
  * Counts are powers of two, where Sobol' points are at their best; which of the two next to it a pixel gets is decided
  * by a hash of its place, so that totals come out finely graded. They are nearly the same within 4 x 4 pixels, which a
