@@ -54,8 +54,8 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test stability check-cl check-oclgrind crosscheck check-study study-picture ladder estimates \
-        bench-effects clean
+.PHONY: all deps demo meshes test stability check-cl check-oclgrind crosscheck check-study study-picture ladder \
+        estimates bench-effects clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
