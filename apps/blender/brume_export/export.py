@@ -22,7 +22,7 @@ class Fog:
         self.name, self.medium = name, medium
         self.vertices = vertices
         self.tree = BVHTree.FromPolygons(vertices, triangles)
-        self.around = []
+        self.around, self.shapes = [], []
 
     def holds(self, point):
         """Whether a point lies inside: rays of three odd directions, by majority."""
@@ -197,7 +197,6 @@ class Exporter:
                 self._report.warn("object " + name, "its mesh isn't closed, so that its volume has no inside",
                                   "the volume reaches out through the gaps")
             fog = Fog(name, medium, placed, triangles.tolist())
-            fog.shapes = []
             self._fogs.append(fog)
         elif fog.medium is not medium:
             self._report.warn("object " + name, "it has more than one volume material", "each face leads into its own")
