@@ -11,6 +11,7 @@
 #                    and so on: build/ladder --help
 # make estimates     is a picture as wrong as it says, and done when it said? A table, in about ten minutes
 # make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
+# make check-blender the Blender exporter against Cycles (Blender's module for Python, from PyPI, into build/)
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make clean
@@ -54,8 +55,8 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test stability check-cl check-oclgrind crosscheck check-study study-picture ladder \
-        estimates bench-effects clean
+.PHONY: all deps demo meshes test stability check-cl check-oclgrind crosscheck check-study check-blender \
+        blender-addon study-picture ladder estimates bench-effects clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -174,6 +175,16 @@ check-study: $(build)/render-cli meshes
 	@sh lib/deps.sh python3 python3-venv $(if $(browser),chromium)
 	@sh test/study/check_study.sh $(build); code=$$?; \
 	    [ $$code -eq 77 ] && echo "check-study: in part skipped" || exit $$code
+
+check-blender: $(build)/render-cli
+	@sh lib/deps.sh python3 python3-venv
+	@python3 test/blender/check_blender.py $(build) $(ARGS); code=$$?; [ $$code -eq 77 ] || exit $$code
+
+# The add-on as a file to install: Edit > Preferences > Add-ons > Install from Disk
+$(build)/brume_export.zip: $(wildcard apps/blender/brume_export/*.py)
+	@rm -rf apps/blender/brume_export/__pycache__
+	cd apps/blender && python3 -m zipfile -c $(abspath $@) brume_export
+blender-addon: $(build)/brume_export.zip
 
 study-picture: $(build)/render-cli meshes
 	$(build)/render-cli study scenes/three-spots.xml -o out/three-spots-study $(ARGS)

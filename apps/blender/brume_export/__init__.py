@@ -18,6 +18,7 @@ import subprocess
 import tempfile
 
 import bpy
+import numpy
 from bpy.props import EnumProperty, StringProperty
 from bpy_extras.io_utils import ExportHelper
 
@@ -59,7 +60,7 @@ class BrumeRenderEngine(bpy.types.RenderEngine):
             log = os.path.join(folder, "log")
             try:
                 with open(log, "w", encoding="utf-8") as messages:
-                    process = subprocess.Popen([command, scene, "-o", picture, "-q"], stdout=messages, stderr=messages)
+                    process = subprocess.Popen([command, scene, "-o", picture, "-q", "--layers", "none"], stdout=messages, stderr=messages)
             except OSError as error:
                 self.report({"ERROR"}, "%s: %s" % (command, error))
                 return
@@ -68,12 +69,20 @@ class BrumeRenderEngine(bpy.types.RenderEngine):
                 with open(log, encoding="utf-8", errors="replace") as messages:
                     self.report({"ERROR"}, "render-cli: " + messages.read().strip())
                 return
-            scale = depsgraph.scene.render.resolution_percentage / 100
-            width = int(depsgraph.scene.render.resolution_x * scale)
-            height = int(depsgraph.scene.render.resolution_y * scale)
-            result = self.begin_result(0, 0, width, height)
-            result.layers[0].load_from_file(picture)
-            self.end_result(result)
+            self._show(picture)
+
+    def _show(self, picture):
+        image = bpy.data.images.load(picture)
+        try:
+            image.colorspace_settings.is_data = True  # linear as it is
+            width, height = image.size
+            pixels = numpy.empty(width * height * 4, dtype=numpy.float32)
+            image.pixels.foreach_get(pixels)
+        finally:
+            bpy.data.images.remove(image)
+        result = self.begin_result(0, 0, width, height)
+        result.layers[0].passes["Combined"].rect.foreach_set(pixels)
+        self.end_result(result)
 
     def _wait(self, process):
         """Esc stops the render, which then writes what it has."""

@@ -49,7 +49,7 @@ class Exporter:
         self._lights = lights.Lights(report, self._folder, self._exposure, spot_falloff)
         self._surfaces, self._volumes, self._files = {}, {}, {}
         self._media, self._bsdfs, self._shapes, self._lamps, self._fogs = {}, [], [], [], []
-        self._hidden_lamps, self._seen_emitters = [], []
+        self._hidden_lamps, self._seen_emitters, self._balls = [], [], []
         self._low, self._high = Vector((1e30,) * 3), Vector((-1e30,) * 3)
         self._world_volume = world.volume(report, self._scene.world)
 
@@ -223,6 +223,8 @@ class Exporter:
         source, matrix = instance.object, instance.matrix_world.copy()
         made = self._lights.export(source, matrix)
         self._lamps += made
+        if source.data.type == "POINT" and source.data.shadow_soft_size > 0:
+            self._balls.append((source.name, matrix.translation.copy(), source.data))
         if source.data.type == "SUN" and self._world_volume:
             self._report.warn("light " + source.name, "the world's volume lies between it and everything",
                               "it lights nothing, as in Cycles")
@@ -273,6 +275,19 @@ class Exporter:
                     if medium:
                         elements.add_ref(shape, self._medium_id(medium), name)
 
+    def _check_balls(self):
+        """Next to a lamp with extent Cycles lights fog by rules of its own. To all directions together a point shines
+        4 pi I on each shell about it. Less near a ball: as if 0.67 radii of shells were missing (it is dark within);
+        near Cycles' soft falloff, as if 4/3 were; and without it, as if there were 0.67 more (it is bright within)."""
+        for name, place, lamp in self._balls:
+            around = self._sum([fog for fog in self._fogs if fog.holds(place)])
+            if any(around.sigma_s):
+                shells = 2 / 3 if lamp.use_soft_falloff else -4 / 3
+                self._report.warn(
+                    "light " + name, "it stands in fog, which Cycles lights otherwise next to a lamp with a radius",
+                    "exported as a ball: fog about it scatters %s, as if by a shell %.3g thick (radius 0 is exact)" %
+                    ("more" if shells > 0 else "less", abs(shells) * lamp.shadow_soft_size))
+
     def run(self):
         """Writes the scene file, and beside it a folder with its meshes and pictures."""
         scene = self._scene
@@ -286,6 +301,7 @@ class Exporter:
                               "the background is seen nowhere, as in Cycles")
             backdrop = None
         self._finish_fogs()
+        self._check_balls()
         eye = scene.camera.evaluated_get(self._depsgraph).matrix_world.translation
         standing = self._sum([fog for fog in self._fogs if fog.holds(eye)])
         radius = max([abs(x - e) for corner in (self._low, self._high) for x, e in zip(corner, eye)]) \

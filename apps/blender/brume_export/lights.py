@@ -1,5 +1,5 @@
 """Lamps: point and spot lights, suns, area lights. Cycles gives all but suns their power in watts; of an isotropic lamp
-of power P the radiant intensity is P / 4 pi, of an area light of area A the radiance is P / 4 A."""
+of power P the radiant intensity is P / 4 pi, of an area light of area A the radiance is P / pi A."""
 
 import math
 
@@ -89,7 +89,7 @@ class Lights:
             return [emitter]
         area = math.pi * radius ** 2 if normalize else 1.0
         if lamp.use_soft_falloff:
-            self._report.note("%s: soft falloff is exported as a ball; they differ only by (radius/distance)^2." % where)
+            self._report.note("%s: soft falloff is exported as a ball; they differ by (radius/distance)^2." % where)
         return [self._surface("sphere", Matrix.Translation(matrix.translation) @ Matrix.Scale(radius, 4),
                               [p / (4 * math.pi * area) for p in power])]
 
@@ -180,7 +180,7 @@ class Lights:
             shape, size = "disk", (width / 2, -width / 2, -width / 2, 1)
         # Lamps shine along -z, shapes along +z: a half turn about x.
         return [self._surface(shape, rigid(matrix) @ Matrix.Diagonal(size),
-                              [p / (4 * area) for p in self._strength(lamp, where)])]
+                              [p / (math.pi * area) for p in self._strength(lamp, where)])]
 
     def export(self, source, matrix):
         """The elements of one lamp object."""

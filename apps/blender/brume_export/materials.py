@@ -97,6 +97,8 @@ class Materials:
         elements.add(texture, "string", "filename", self._images[image.name])
         if linear:
             elements.add(texture, "boolean", "raw", True)
+        if not linear and node.interpolation != "Closest":
+            self._report.note("%s: Cycles interpolates between texels before it makes them linear, brume after." % where)
         if node.interpolation == "Closest":
             elements.add(texture, "string", "filter_type", "nearest")
         elif node.interpolation != "Linear":
