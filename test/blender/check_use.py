@@ -1,7 +1,9 @@
 """What isn't a matter of light: warnings, exit codes, the add-on's operator and its render engine."""
 
 import io
+import math
 import os
+import re
 import subprocess
 import sys
 
@@ -74,10 +76,6 @@ def command_line(bpy, folder, renderer):
 def engine(bpy, numpy, folder, renderer):
     """A render with the engine is render-cli's picture of the exported scene."""
     from check_blender import read_exr
-    help_text = subprocess.run([renderer, "--help"], stdout=subprocess.PIPE, check=False).stdout
-    if b"--layers" not in help_text:
-        print("engine: skipped: this render-cli has no --layers")
-        return
     os.environ["BRUME_RENDER_CLI"] = renderer
     scenes.instances()
     scene = bpy.context.scene
@@ -92,12 +90,37 @@ def engine(bpy, numpy, folder, renderer):
         yield "the engine's picture isn't render-cli's"
 
 
+def linear_falloff(folder):
+    """With --spot-falloff linear there is no gobo, and the spot's flux is Blender's: here by sums over the cosine."""
+    scenes.spot_in_fog()
+    path, stream = os.path.join(folder, "linear.xml"), io.StringIO()
+    brume_export.export_scene(path, "linear", brume_export.Report(stream))
+    with open(path, encoding="utf-8") as file:
+        text = file.read()
+    if "<texture" in text or stream.getvalue().count("linear in the angle") != 1:
+        yield "a gobo, or no word of what is lost: " + stream.getvalue()
+    cutoff, beam = (math.radians(float(re.search('name="%s" value="([^"]*)"' % name, text).group(1)))
+                    for name in ("cutoff_angle", "beam_width"))
+    edge, steps, ours, blenders = math.cos(math.radians(17)), 100000, 0.0, 0.0
+    for i in range(steps):
+        cosine = edge + (1 - edge) * (i + 0.5) / steps
+        x = min((cosine - edge) / ((1 - edge) * 0.6), 1)
+        blenders += x * x * (3 - 2 * x)
+        ours += min(max((cutoff - math.acos(cosine)) / (cutoff - beam), 0), 1)
+    if abs(ours / blenders - 1) > 1e-3 or abs(cutoff - math.radians(17)) > 1e-5:
+        yield "the linear spot's flux is %.5f of Blender's" % (ours / blenders)
+
+
 def run(bpy, numpy, folder, renderer):
     """How many things did not hold; each is printed."""
     failed = 0
-    for name, problems in (("warnings", warnings(folder, renderer)),
-                           ("command line", command_line(bpy, folder, renderer)),
-                           ("engine", engine(bpy, numpy, folder, renderer))):
+    checks = [("warnings", warnings(folder, renderer)), ("command line", command_line(bpy, folder, renderer)),
+              ("linear falloff", linear_falloff(folder))]
+    if b"--layers" in subprocess.run([renderer, "--help"], stdout=subprocess.PIPE, check=False).stdout:
+        checks.append(("engine", engine(bpy, numpy, folder, renderer)))
+    else:
+        print("engine: skipped: it needs a render-cli with --layers")
+    for name, problems in checks:
         found = [problem for problem in problems if problem]
         for problem in found:
             print("FAILED: %s: %s" % (name, problem))

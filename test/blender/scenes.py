@@ -246,7 +246,7 @@ def instances():
 def nested():
     """A denser box of fog in the world's fog, lit from within by a point lamp and by a hard-edged spot; the camera
     stands in a third volume; a glowing one."""
-    scene = clear(bounces=3)
+    scene = clear(bounces=2)
     volume(scene.world.node_tree, "ShaderNodeVolumePrincipled", Color=(0.7, 0.7, 0.7, 1), Density=0.06)
     camera((0, -6, 1.5), (0, 0, 1.3), lens=32)
     grey = diffuse("grey", 0.5, 0.5, 0.5)
