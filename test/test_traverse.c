@@ -400,7 +400,8 @@ static void test_box_margin(void **state) {
     (void)state;
     uint32_t naive = 0, leaks = 0;
     for (int tight = 1; tight >= 0; tight--) {
-        if (tight) planted_bug("traverse_single.h", "#define WIDEN ((real1)(1 + 0x1p-19f))", "#define WIDEN ((real1)1)");
+        if (tight)
+            planted_bug("traverse_single.h", "#define WIDEN ((real1)(1 + 0x1p-19f))", "#define WIDEN ((real1)1)");
         test_mesh mesh = test_mesh_cube(32);
         uint64_t seed = 56;
         brume_bvh bvh = build(&mesh);
