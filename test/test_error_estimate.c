@@ -261,11 +261,11 @@ static void growth_between_powers(void **state) {
     assert_true(fabs(brume_error_estimate_growth(64, 3, 2) - 1.0 / 64) < 1e-15);
 }
 
-/* Beside a bright field a dark pixel has met one bright path: the worst error of the picture. By its own value it would
- * hardly count; by the mean around it neither. */
+/* Near a bright field a dark pixel has met one bright path: the worst error of the picture. By its own value it would
+ * hardly count. */
 static void a_bright_path_in_the_dark(void **state) {
     (void)state;
-    enum { EDGE_X = WIDTH / 2, X = EDGE_X - 2, Y = HEIGHT / 2, HIT = X + WIDTH * Y, CALM = HIT - 3 * WIDTH };
+    enum { EDGE_X = WIDTH / 2, X = EDGE_X - 5, Y = HEIGHT / 2, HIT = X + WIDTH * Y, CALM = HIT - 3 * WIDTH };
     const double dark = 0.02, light = 2, hit = 0.5;
     brume_error_estimate e;
     assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
