@@ -53,7 +53,7 @@ FN rgb medium_transmittance(rgb sigma_t, real t) {
 FN real transmittance_integral(real sigma, real t) {
     real tau = sigma * t;
     real thin = t * (R(1) - R(0.5) * tau);
-    return tau < R(1e-5) ? thin : -lexpm1(-tau) / sigma;
+    return tau < R(1e-7) ? thin : -lexpm1(-tau) / sigma;
 }
 
 FN rgb medium_emission(const medium *m, real t) {
