@@ -1,0 +1,107 @@
+"""What isn't a matter of light: warnings, exit codes, the add-on's operator and its render engine."""
+
+import io
+import os
+import subprocess
+import sys
+
+import brume_export
+import scenes
+import unmapped
+
+EXPORT = os.path.join(os.path.dirname(os.path.dirname(os.path.dirname(os.path.abspath(__file__)))), "apps", "blender",
+                      "export.py")
+
+
+def _parses(renderer, path):
+    run = subprocess.run([renderer, "info", path], stdout=subprocess.PIPE, stderr=subprocess.STDOUT, check=False)
+    return "" if run.returncode == 0 else "render-cli info exits %d: %s" % (
+        run.returncode, run.stdout.decode(errors="replace").strip())
+
+
+def warnings(folder, renderer):
+    """Each thing that doesn't map has its line, once, on the stream and in the file; nothing else has."""
+    unmapped.build()
+    stream, path = io.StringIO(), os.path.join(folder, "unmapped.xml")
+    brume_export.export_scene(path, report=brume_export.Report(stream))
+    said = stream.getvalue().splitlines()
+    with open(path, encoding="utf-8") as file:
+        comment = file.read().split("-->")[0]
+    for expected in unmapped.EXPECTED:
+        count = sum(line.startswith("warning: " + expected) for line in said)
+        if count != 1:
+            yield "%d lines of warning say \"%s\"" % (count, expected)
+    for line in said:
+        if not any(line.startswith("warning: " + expected) for expected in unmapped.EXPECTED):
+            yield "unexpected: " + line
+        if line.replace("--", "- -") not in comment:
+            yield "not in the file's comment: " + line
+    yield _parses(renderer, path)
+
+
+def command_line(bpy, folder, renderer):
+    """export.py as a program: exit codes, and that it writes the same as the add-on."""
+    blend, camless = os.path.join(folder, "instances.blend"), os.path.join(folder, "camless.blend")
+    scenes.instances()
+    bpy.ops.wm.save_as_mainfile(filepath=blend, check_existing=False)
+    bpy.context.scene.camera = None
+    bpy.ops.wm.save_as_mainfile(filepath=camless, check_existing=False)
+    unmapped.build()
+    strict = os.path.join(folder, "unmapped.blend")
+    bpy.ops.wm.save_as_mainfile(filepath=strict, check_existing=False)
+    out = os.path.join(folder, "command.xml")
+    for arguments, code, words in (
+            ([blend, out], 0, ""), ([blend, out, "--strict"], 0, ""), ([strict, out, "--strict"], 3, "warning: "),
+            ([camless, out], 3, "export.py: the scene has no camera"), ([blend, out, "--scene", "none"], 2, "no scene none"),
+            ([blend], 2, "usage: "), (["/nowhere.blend", out], 3, "export.py: "),
+            ([blend, "/proc/nowhere/out.xml"], 6, "export.py: "), ([blend, out], 0, "")):
+        run = subprocess.run([sys.executable, EXPORT] + arguments, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+                             check=False, timeout=300)
+        error = run.stderr.decode(errors="replace")
+        if run.returncode != code or words not in error:
+            yield "export.py %s exits %d, not %d: %s" % (" ".join(arguments), run.returncode, code, error)
+    scenes.instances()
+    again = os.path.join(folder, "operator.xml")
+    if bpy.ops.export_scene.brume(filepath=again) != {"FINISHED"}:
+        yield "the export operator failed"
+    texts = [open(path, encoding="utf-8").read().replace(name, "X") for path, name in
+             ((out, "command-files"), (again, "operator-files"))]
+    if texts[0] != texts[1]:
+        yield "the add-on's operator and the command line write different files"
+    yield _parses(renderer, out)
+
+
+def engine(bpy, numpy, folder, renderer):
+    """A render with the engine is render-cli's picture of the exported scene."""
+    from check_blender import read_exr
+    help_text = subprocess.run([renderer, "--help"], stdout=subprocess.PIPE, check=False).stdout
+    if b"--layers" not in help_text:
+        print("engine: skipped: this render-cli has no --layers")
+        return
+    os.environ["BRUME_RENDER_CLI"] = renderer
+    scenes.instances()
+    scene = bpy.context.scene
+    scene.cycles.samples = 2
+    path, ours = os.path.join(folder, "engine.exr"), os.path.join(folder, "engine-ours.exr")
+    brume_export.export_scene(os.path.join(folder, "engine.xml"))
+    scene.render.engine, scene.render.filepath = "BRUME", path
+    bpy.ops.render.render(write_still=True)
+    subprocess.run([renderer, os.path.join(folder, "engine.xml"), "-o", ours, "-q"], check=True)
+    a, b = read_exr(numpy, path), read_exr(numpy, ours)
+    if a.shape != b.shape or not numpy.array_equal(a, b) or not a.mean() > 0:
+        yield "the engine's picture isn't render-cli's"
+
+
+def run(bpy, numpy, folder, renderer):
+    """How many things did not hold; each is printed."""
+    failed = 0
+    for name, problems in (("warnings", warnings(folder, renderer)),
+                           ("command line", command_line(bpy, folder, renderer)),
+                           ("engine", engine(bpy, numpy, folder, renderer))):
+        found = [problem for problem in problems if problem]
+        for problem in found:
+            print("FAILED: %s: %s" % (name, problem))
+        if not found:
+            print("%s: as expected" % name, flush=True)
+        failed += len(found)
+    return failed
