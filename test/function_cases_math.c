@@ -270,7 +270,8 @@ const function_case function_cases_math[] = {
               "closed form in double", "2^-24",
               "R(0); lamp l; l.cone = TRUE_MASK; l.cosine = FALSE_MASK; l.cutoff = p0; l.inv_fade = p1; "
               "l.v_cutoff = p2; l.v_beam = p3; y = lamp_falloff(&l, x)", falloff_error),
-     .inputs = EVERY_FLOAT, .first = 0x30000000u, .last = 0x40000000u, WITH_PARAMETERS(falloffs), .bound = 12.9, .worst = 0x391cd5eeu},
+     .inputs = EVERY_FLOAT, .first = 0x30000000u, .last = 0x40000000u, WITH_PARAMETERS(falloffs),
+     .bound = 12.9, .worst = 0x391cd5eeu},
     {FUNCTION("texture_wrap", "x to 2^24, either sign; repeat, clamp, mirror", "closed form in double", "2^-24",
               "texture_wrap(p1 * x, to_ireal(p0))", wrap_error), .inputs = EVERY_FLOAT, .first = 0x30800000u,
      .last = 0x4b800000u, WITH_PARAMETERS(wraps), .bound = 1.01, .worst = 0x3f7fffffu},
