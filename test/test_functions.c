@@ -12,21 +12,15 @@
 #include <cmocka.h>
 
 #include "function_sweep.h"
+#include "open_device.h"
 #include "planted.h"
 #include "stability.h"
 
 enum { SAMPLES = 1 << 16 };
 
-static brume_context *context;
-static brume_device *device;
-
-static void must(brume_result result) {
-    if (result != BRUME_OK) fail_msg("%s", brume_context_message(context));
-}
-
 static void every_function_keeps_its_bound(void **state) {
     (void)state;
-    if (!device) skip();
+    NEEDS_DEVICE();
     function_sweep *sweep;
     must(function_sweep_create(context, device, NULL, &sweep));
     char failed[1024] = "";
@@ -52,7 +46,7 @@ static void every_function_keeps_its_bound(void **state) {
 /* Planted: what is only a little wrong, or only somewhere. */
 static void wrong_functions_are_noticed(void **state) {
     (void)state;
-    if (!device) skip();
+    NEEDS_DEVICE();
     static const struct { const char *name, *file, *right, *wrong; } bugs[] = {
         {"lexp", "math.h", "1.38979522e-3", "1.44e-3"},                          /* the last coefficient, by 4 % */
         {"llog", "math.h", "x < R(REAL_MIN_NORMAL)", "x < R(0)"},                /* denormals */
@@ -95,25 +89,11 @@ static void the_phase_function_is_inverted_as_in_the_textbook(void **state) {
         }
 }
 
-static int setup(void **state) {
-    (void)state;
-    if (brume_context_create(&context) != BRUME_OK) return -1;
-    brume_result result = brume_device_open(context, BRUME_DEVICE_ANY, &device);
-    return result == BRUME_OK || result == BRUME_ERROR_NO_DEVICE ? 0 : -1;
-}
-
-static int teardown(void **state) {
-    (void)state;
-    brume_device_destroy(device);
-    brume_context_destroy(context);
-    return 0;
-}
-
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_function_keeps_its_bound),
         cmocka_unit_test(wrong_functions_are_noticed),
         cmocka_unit_test(the_phase_function_is_inverted_as_in_the_textbook),
     };
-    return cmocka_run_group_tests(tests, setup, teardown);
+    return cmocka_run_group_tests(tests, open_device, close_device);
 }

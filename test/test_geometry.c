@@ -12,12 +12,10 @@
 
 #include "bvh.h"
 #include "meshes.h"
+#include "open_device.h"
 #include "planted.h"
 #include "program.h"
 #include "stability.h"
-
-static brume_context *context;
-static brume_device *device;
 
 /* Planted: origins move by 1e-4, whatever the scale. */
 static int fixed_offset;
@@ -139,6 +137,7 @@ static setup make_setup(test_mesh mesh, int flags) {
 
 static void test_triangle(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     float p[9] = {0, 0, 0, 2, 0, 0, 0, 3, 0}, o[3] = {0.5f, 0.6f, 5};
     float normals[9] = {0.3f, 0, 0.954f, 0, 0.3f, 0.954f, 0, 0, 1}, uvs[6] = {0, 0, 0, 1, 1, 0.2f};
     for (int i = 0; i < 8; i++) {
@@ -171,6 +170,7 @@ static void set_axes(b_quadric *q, float x, float y, int kind) {
 
 static void test_sphere_and_disk(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     for (int flip = 0; flip < 2; flip++) {
         float sign = flip ? -1 : 1;
         setup s = make_setup(test_mesh_quadrics(1, 1), flip ? SHAPE_FLIP_NORMALS : 0);
@@ -267,25 +267,13 @@ static uint32_t count_wrong_everywhere(void) {
 
 static void test_leaving(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     fixed_offset = 1;
     uint32_t naive = count_wrong_everywhere();
     fixed_offset = 0;
     stability_row("hazard", "rays that leave a surface, scales 1e-6 to 1e6", "none meets it again",
                   "of about 440 000 rays", 0, count_wrong_everywhere(), "naive %u", naive);
     assert_true(naive > 1000);
-}
-
-static int open_device(void **state) {
-    (void)state;
-    if (brume_context_create(&context) != BRUME_OK) return 1;
-    return brume_device_open(context, BRUME_DEVICE_ANY, &device) != BRUME_OK;
-}
-
-static int close_device(void **state) {
-    (void)state;
-    brume_device_destroy(device);
-    brume_context_destroy(context);
-    return 0;
 }
 
 int main(void) {

@@ -13,12 +13,10 @@
 
 #include "bvh.h"
 #include "meshes.h"
+#include "open_device.h"
 #include "planted.h"
 #include "program.h"
 #include "stability.h"
-
-static brume_context *context;
-static brume_device *device;
 
 /* One ray a lane; arrays hold x of all rays, then y, then z. */
 #define TRACE_KERNEL                                                                                                  \
@@ -331,6 +329,7 @@ static void check_mesh(test_mesh mesh, uint32_t n, double double_slack) {
 
 static void test_soup(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     check_mesh(test_mesh_soup(2000, 1, 0.1, 31), 3000, 1e-12);
     check_mesh(test_mesh_soup(1, 1, 1, 32), 1000, 1e-12);
     check_mesh(test_mesh_soup(0, 1, 1, 33), 100, 1e-12);
@@ -338,16 +337,19 @@ static void test_soup(void **state) {
 
 static void test_closed(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     check_mesh(test_mesh_sphere(24, 32, 0.2), 3000, 1e-12);
 }
 
 static void test_terrain(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     check_mesh(test_mesh_terrain(30), 3000, 1e-12);
 }
 
 static void test_slivers(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     check_mesh(test_mesh_slivers(2000), 3000, 1e-9);
 }
 
@@ -382,6 +384,7 @@ static uint32_t count_leaks(const char *text, double scale, double shift, uint32
 
 static void test_watertight(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     uint32_t leaks = count_leaks(trace_text, 1, 0, 600000, 8, BRUME_PRECISION_FLOAT);
     leaks += count_leaks(trace_text, 1, 1000, 200000, 16, BRUME_PRECISION_FLOAT);
     leaks += count_leaks(trace_text, 1e-6, 0, 100000, 8, BRUME_PRECISION_FLOAT);
@@ -398,6 +401,7 @@ static const char tight_text[] = "#include \"traverse.h\"\n" TRACE_KERNEL;
 
 static void test_box_margin(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     uint32_t naive = 0, leaks = 0;
     for (int tight = 1; tight >= 0; tight--) {
         if (tight)
@@ -425,6 +429,7 @@ static void test_box_margin(void **state) {
 /* Straight down on each vertex and edge of a grid, whose boxes' faces the rays run along. */
 static void test_axis_rays(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     test_mesh mesh = test_mesh_terrain(64);
     brume_bvh bvh = build(&mesh);
     for (int up = 0; up < 2; up++) {
@@ -444,6 +449,7 @@ static void test_axis_rays(void **state) {
 /* Many triangles at one place: the lowest number wins, at every width. */
 static void test_ties(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     test_mesh mesh = test_mesh_soup(1000, 0, 0, 41);
     float p[9] = {-1, -1, 0, 1, -1, 0, 0, 1, 0};
     for (int i = 0; i < 1000; i++) memcpy(mesh.positions + 9 * i, p, sizeof p);
@@ -463,6 +469,7 @@ static void test_ties(void **state) {
 /* Off a huge slanted triangle by about its vertices' rounding: rays away from it miss it, rays towards it hit. */
 static void test_large_triangle(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     test_mesh mesh = test_mesh_soup(1, 0, 0, 42);
     float p[9] = {-1000, -900, 100, 1000, -800, -120, 50, 1000, 77};
     uint64_t seed = 43;
@@ -532,6 +539,7 @@ static int quadric_roots(const b_quadric *q, vec3 of, vec3 df, double slack, dou
 
 static void test_quadrics(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     test_mesh mesh = test_mesh_quadrics(200, 51);
     brume_bvh bvh = build(&mesh);
     batch first = make_rays(&mesh, 6000, 102), other = make_rays(&mesh, 6000, 102);
@@ -571,6 +579,7 @@ static void test_quadrics(void **state) {
 /* Far, small, huge and touched spheres: relative accuracy of the distance where subtracting would leave none. */
 static void test_hard_spheres(void **state) {
     (void)state;
+    NEEDS_DEVICE();
     const struct { float z, radius, x; double tolerance; } cases[] = {
         {10000, 1, 0.5f, 3e-7}, {10000, 0.01f, 0.002f, 3e-7}, {1, 0.25f, 0.1f, 3e-7},
         {100001, 100000, 0.5f, 3e-7},      /* standing 1 above a planet, looking down at its ground */
@@ -593,19 +602,6 @@ static void test_hard_spheres(void **state) {
         brume_bvh_free(&bvh);
         test_mesh_free(&mesh);
     }
-}
-
-static int open_device(void **state) {
-    (void)state;
-    if (brume_context_create(&context) != BRUME_OK) return 1;
-    return brume_device_open(context, BRUME_DEVICE_ANY, &device) != BRUME_OK;
-}
-
-static int close_device(void **state) {
-    (void)state;
-    brume_device_destroy(device);
-    brume_context_destroy(context);
-    return 0;
 }
 
 int main(void) {
