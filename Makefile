@@ -4,6 +4,8 @@
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
+# make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
+#                    ARGS="lexp llog": only these
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
@@ -55,7 +57,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test stability check-cl check-oclgrind crosscheck check-study check-blender \
+.PHONY: all deps demo meshes test stability exhaustive check-cl check-oclgrind crosscheck check-study check-blender \
         blender-addon study-picture ladder estimates bench-effects clean
 .SECONDARY:
 all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
@@ -154,10 +156,13 @@ test: all meshes $(tests)
 	@sh test/run.sh $(build) $(sort $(tests))
 
 # The tests that say how far off they are, as one table.
-stable := $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"stability.h"' test/test_*.c))
+stable := $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"stability.h"\|"hazards.h"' test/test_*.c))
 
 stability: all meshes $(stable)
 	@sh test/stability.sh $(build) $(sort $(stable))
+
+exhaustive: $(build)/test/measure_exhaustive
+	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)
 
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))

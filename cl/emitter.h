@@ -25,7 +25,8 @@ FN real environment_share(const scene *s) {
     return R(HAS(AREA_LIGHTS) && s->params->emitter_count > 0 ? 0.5f : 1.0f);
 }
 
-/* 1 - cos of the half angle under which a sphere of radius r is seen from a distance d > r of its centre. */
+/* 1 - cos of the half angle under which a sphere of radius r is seen from a distance d > r of its centre.
+ * Within 15 ulp from SPHERE_NEAR on. */
 FN real sphere_versine(real r, real d) {
     real sine2 = square(r / d);
     return sine2 / (R(1) + sqrt(lmax(R(1) - sine2, R(0))));

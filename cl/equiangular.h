@@ -24,7 +24,8 @@ FN equiangular_range equiangular_range_of(real D, real t0, real t1) {
 }
 
 /* At the share u of the angle; within the range for every u in [0, 1]. Density D / (width distance^2). By the addition
- * theorem of the tangent from the nearer end, where nothing cancels. */
+ * theorem of the tangent from the nearer end, where nothing cancels:
+ * within 2.4 ulp, or exact for a u that is off by 2.4 2^-24. */
 FN real equiangular_sample(const equiangular_range *r, real u) {
     real y = u * r->width, z = (R(1) - u) * r->width;
     mask left = y < z;

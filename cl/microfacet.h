@@ -25,8 +25,9 @@ typedef struct {
 /* ---- the Gaussian integral --------------------------------------------------------------------------------------- */
 
 /* erfc(y) for y >= 0, where gauss = exp(-y^2). (1 + 2 y) exp(y^2) erfc(y) is smooth in (y - 3) / (y + 3) (the form of
- * Shepherd & Laframboise 1981). The polynomials, by Sollya's fpminimax, are off by 6e-8 (float) and 2.4e-16 (double) of
- * the value up to y = 7, beyond which erfc is 0 next to anything it is added to here. */
+ * Shepherd & Laframboise 1981). The polynomials, by Sollya's fpminimax, are off by 6e-8 (float) and 2.4e-16 (double)
+ * of the value (with rounding, by 5 ulp of float) up to y = 7, beyond which erfc is 0 next to anything it is added to
+ * here. */
 FN real erfc_of(real y, real gauss) {
     y = lmin(y, R(7));
     real z = (y - R(3)) / (y + R(3));

@@ -107,8 +107,8 @@ FN real unit(ureal32 bits) {
 #endif
 }
 
-/* In (0, 1], with all 32 bits near 0, so that -log of it reaches 22: 24 bits would cut a free flight at 16.6 mean free
- * paths. */
+/* In (0, 1], within one ulp of (n + 1) 2^-32, with all 32 bits near 0, so that -log of it reaches 22: 24 bits would cut
+ * a free flight at 16.6 mean free paths. */
 FN real unit_positive(ureal32 bits) { return fma(to_real(bits), R(2.3283064365386963e-10), R(2.3283064365386963e-10)); }
 
 #endif

@@ -5,7 +5,8 @@
 #include "shared.h"
 #include "vec.h"
 
-/* A coordinate brought into [0, 1]. First as a number: integer remainders of whole vectors go lane by lane. */
+/* A coordinate, |x| <= 2^24, brought into [0, 1], off by 2^-24 at most. (Beyond, where floats are whole numbers, a
+ * mirror may give 2.) First as a number: integer remainders of whole vectors go lane by lane. */
 FN real texture_wrap(real x, ireal mode) {
     real repeated = x - floor(x);
     real folded = fabs(fma(R(-2), floor(fma(R(0.5), x, R(0.5))), x));

@@ -6,7 +6,7 @@
 #include "vec.h"
 
 /* The unit disk, evenly (Shirley & Chiu 1997: concentric, so that strata stay compact). Returns the radius, which is
- * exact where x^2 + y^2 would be rounded. */
+ * exact where x^2 + y^2 would be rounded; x and y are within 1.2e-7. */
 FN real warp_disk(real u, real v, real *x, real *y) {
     real a = fma(R(2), u, R(-1)), b = fma(R(2), v, R(-1));
     mask wide = fabs(a) > fabs(b);

@@ -8,8 +8,8 @@
  *
  * With p = 1 this is what independent samples give; the spread of the samples, the usual measure, knows no other p and
  * is far too large for p near 2 or 3. The order p comes from two successive differences, summed over many pixels: their
- * ratio is 2^p, as far as the pixels are many enough to tell. They are scrambled independently of each other: they are
- * the independent randomisations that the confidence interval comes from.
+ * ratio is 2^p, as far as the pixels are many enough to tell, and otherwise what is usual. They are scrambled
+ * independently of each other: they are the independent randomisations that the confidence interval comes from.
  *
  * All arrays are height x width x 3 floats, or height x width, rows from the top.
  */
@@ -54,9 +54,10 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
 int brume_error_estimate_variance(const brume_error_estimate *e, const float *count, float *out);
 
 /* What a pixel's squared errors count for in the picture's relMSE, per channel, times 3 width height:
- * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where pixels differ from each other by more than noise (at the edge
- * of a beam the mean of 5 x 5 pixels is a hundred times the dark ones, and the estimate was as much too small), and the
- * mean of 5 x 5 where they don't: the linear estimate of least error (Wiener 1949). malloc'ed, NULL without memory. */
+ * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where the pixels of the 5 x 5 around it differ from each other by
+ * more than its own noise (at the edge of a beam their mean is a hundred times the dark ones), and otherwise their mean,
+ * of which those that are noisier than others have the smaller part: the linear estimate of least error (Wiener 1949),
+ * pixel by pixel. malloc'ed, NULL without memory. */
 float *brume_error_estimate_weights(const brume_error_estimate *e);
 
 /* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without

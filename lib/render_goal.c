@@ -14,18 +14,21 @@
 enum {
     FIRST_STAGE = 8,            /* samples per pixel */
     LEAST_SAMPLES = 16,         /* before an estimate is believed so far as to stop at it */
+    PARTS = 16,                 /* of a power of two, after which the last stage before a target may end */
     MOST_SAMPLES = 1 << 20      /* of one pixel, in adaptive sampling */
 };
 
 /* How much a stage of adaptive sampling lowers the error, or raises the samples, at most. */
-#define STAGE 4.0
+#define STAGE 2.0
 
 /* Orders fall as samples grow: what is smooth has converged then, and what is noise remains. Seen with 16 samples,
  * (p - 1) is too large for the next hundred by a third or so (measured by `make estimates`). */
-#define ORDER_KEPT 0.65
+#define ORDER_KEPT 0.5
 
 /* Adaptive sampling has to promise this much to be used: its launches are less even. */
 #define WORTHWHILE 1.15
+
+static int is_power_of_two(uint32_t n) { return (n & (n - 1)) == 0; }
 
 int brume_goal_exists(const brume_render *r) {
     return r->desc.noise_threshold > 0 || r->desc.time_limit > 0 || r->desc.adaptive == BRUME_ADAPTIVE_ON;
@@ -115,7 +118,7 @@ static brume_result read_film(brume_render *r, float **mean, float **count) {
 
 brume_result brume_goal_look(brume_render *r, uint32_t samples) {
     /* Ranges that start elsewhere are not nets. */
-    if (r->desc.first_sample % samples != 0 || (samples & (samples - 1)) != 0) return BRUME_OK;
+    if (r->desc.first_sample % samples != 0 || !is_power_of_two(samples)) return BRUME_OK;
     float *mean, *count;
     brume_result result = read_film(r, &mean, &count);
     if (result == BRUME_OK) {
@@ -202,6 +205,20 @@ static void next_adaptive_stage(brume_render *r, double budget) {
     r->samples_done = r->finished ? r->stage_end : lowest;
 }
 
+/* The next power of two, or less if that is to be enough. */
+static uint32_t next_uniform_stage(const brume_render *r) {
+    uint32_t next = FIRST_STAGE;
+    int level = 0;
+    while (next <= r->samples_done) next *= 2;
+    while (1u << level < r->samples_done) level++;
+    if (!(r->desc.noise_threshold > 0) || !r->error.known || 1u << level != r->samples_done) return next;
+    for (uint32_t n = r->samples_done + next / PARTS; n < next; n += next / PARTS) {
+        double growth = brume_error_estimate_growth(n, level, r->error.order);
+        if (n >= LEAST_SAMPLES && r->error.relmse * growth <= r->desc.noise_threshold) return n;
+    }
+    return next;
+}
+
 brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     const brume_render_desc *d = &r->desc;
     uint32_t most = d->sample_count;
@@ -210,6 +227,8 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
         r->stage_end = most;
         return BRUME_OK;
     }
+    /* A stage that ended between powers of two, because its error was to be low enough there. */
+    if (d->noise_threshold > 0 && !r->ends && !is_power_of_two(r->samples_done)) BRUME_TRY(brume_goal_last_look(r));
     double work = mean_samples(r), budget = most;
     if (d->time_limit > 0 && seconds > 0 && work > 0) budget = fmin(most, work / seconds * run_limit(r));
     predict(r, seconds);
@@ -219,8 +238,7 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
         r->finished = 1;
         return BRUME_OK;
     }
-    int is_net = (r->samples_done & (r->samples_done - 1)) == 0;
-    if (!r->ends && !reached && is_net && r->error.known && may_adapt(r) && r->allocation) {
+    if (!r->ends && !reached && is_power_of_two(r->samples_done) && r->error.known && may_adapt(r) && r->allocation) {
         int pays;
         if (d->noise_threshold > 0)
             pays = samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
@@ -234,8 +252,7 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     if (r->ends) {
         next_adaptive_stage(r, budget);
     } else {
-        uint32_t next = FIRST_STAGE;
-        while (next <= r->samples_done) next *= 2;
+        uint32_t next = next_uniform_stage(r);
         r->stage_end = next < most ? next : most;
     }
     return BRUME_OK;

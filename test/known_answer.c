@@ -11,40 +11,6 @@
 #include <string.h>
 
 #include "known_answer.h"
-#include "planted.h"
-
-brume_context *context;
-brume_device *device;
-
-static void log_warning(void *user, brume_log_level level, const char *message) {
-    (void)user;
-    if (level <= BRUME_LOG_WARNING)
-        print_message("%s\n", message);
-}
-
-int open_device(void **state) {
-    uint32_t count = 0;
-    (void)state;
-    if (brume_context_create(&context) != BRUME_OK)
-        return -1;
-    brume_context_set_log(context, log_warning, NULL);
-    if (brume_device_count(context, &count) != BRUME_OK || count == 0)
-        return 0;
-    return brume_device_open(context, BRUME_DEVICE_ANY, &device) == BRUME_OK ? 0 : -1;
-}
-
-int close_device(void **state) {
-    (void)state;
-    planted_remove();
-    brume_device_destroy(device);
-    brume_context_destroy(context);
-    return 0;
-}
-
-void must(brume_result result) {
-    if (result != BRUME_OK)
-        fail_msg("%s: %s", brume_result_name(result), brume_context_message(context));
-}
 
 /* ---- scenes by a few words --------------------------------------------------------------------------------------- */
 

@@ -11,23 +11,13 @@
 #define KNOWN_ANSWER_H
 
 #include "brume.h"
+#include "open_device.h"
 
 #define PI 3.14159265358979323846
 #define PIXELS 16
 #define NARROW 1e-5f     /* degrees of view: one ray */
 #define FLOAT_ERROR 5e-6 /* relative: what float32 transport may be off by */
 #define DEPTH_ANY (-1)
-
-/* Set by open_device and freed by close_device, a test program's group setup and teardown, which also removes a planted
- * bug (planted.h); device is NULL where there is none. */
-extern brume_context *context;
-extern brume_device *device;
-int open_device(void **state);
-int close_device(void **state);
-#define NEEDS_DEVICE() do { if (device == NULL) skip(); } while (0)
-
-/* Fails the test with the library's message. */
-void must(brume_result result);
 
 /* Where a camera or a spot stands; fov in degrees. */
 typedef struct view {

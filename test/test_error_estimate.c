@@ -261,6 +261,30 @@ static void growth_between_powers(void **state) {
     assert_true(fabs(brume_error_estimate_growth(64, 3, 2) - 1.0 / 64) < 1e-15);
 }
 
+/* Near a bright field a dark pixel has met one bright path: the worst error of the picture. By its own value it would
+ * hardly count. */
+static void a_bright_path_in_the_dark(void **state) {
+    (void)state;
+    enum { EDGE_X = WIDTH / 2, X = EDGE_X - 5, Y = HEIGHT / 2, HIT = X + WIDTH * Y, CALM = HIT - 3 * WIDTH };
+    const double dark = 0.02, light = 2, hit = 0.5;
+    brume_error_estimate e;
+    assert_int_equal(brume_error_estimate_create(context, WIDTH, HEIGHT, 0, &e), BRUME_OK);
+    for (int i = 0; i < PIXELS; i++)
+        for (int c = 3 * i; c < 3 * i + 3; c++) {
+            double value = i % WIDTH < EDGE_X ? dark : light, noise = 0.05 * value;
+            e.mean[c] = (float)(i == HIT ? hit : value);
+            e.last[c] = (float)(i == HIT ? (hit - dark) * (hit - dark) : noise * noise);
+        }
+    float *weights = brume_error_estimate_weights(&e);
+    assert_non_null(weights);
+    double all = 0.5 * (dark + light), right = 1 / (dark * dark + 0.01 * all * all);
+    assert_true(weights[3 * HIT] > 0.8 * right && weights[3 * HIT] < 1.1 * right);
+    assert_true(weights[3 * CALM] > 0.9 * right && weights[3 * CALM] < 1.1 * right);
+    assert_true(1 / (hit * hit + 0.01 * all * all) < 0.05 * right); /* what its own value says */
+    free(weights);
+    brume_error_estimate_free(&e);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(independent_samples),
@@ -274,6 +298,7 @@ int main(void) {
         cmocka_unit_test(too_few_samples),
         cmocka_unit_test(variance_of_pixels),
         cmocka_unit_test(growth_between_powers),
+        cmocka_unit_test(a_bright_path_in_the_dark),
     };
     return cmocka_run_group_tests(tests, make_context, drop_context);
 }

@@ -15,6 +15,7 @@
 
 #include "../cl/shared.h"
 #include "device_test.h"
+#include "stability.h"
 #include "stats.h"
 
 enum { COUNT = 1 << 18, CELLS = 16, PAIR_TESTS = 60 };
@@ -40,7 +41,8 @@ typedef struct numbers {
 
 static numbers a, b;
 
-static void draw(numbers *n, int sampler, uint32_t seed, uint32_t lanes, brume_precision precision) {
+static void draw_by(const char *kernel, numbers *n, int sampler, uint32_t seed, uint32_t lanes,
+                    brume_precision precision) {
     b_params params;
     memset(&params, 0, sizeof params);
     params.sampler = sampler;
@@ -48,7 +50,11 @@ static void draw(numbers *n, int sampler, uint32_t seed, uint32_t lanes, brume_p
     const device_array arrays[] = {{READ_RAW, &params, sizeof params}, {READ_BITS, n->x, COUNT},
                                    {READ_BITS, n->y, COUNT},           {READ_BITS, n->sample, COUNT},
                                    {READ_BITS, n->set, COUNT},         {WRITE_BITS, n->out, 5 * (size_t)COUNT}};
-    device_test_run(text, NULL, lanes, precision, COUNT, arrays, 6);
+    device_test_run(kernel, NULL, lanes, precision, COUNT, arrays, 6);
+}
+
+static void draw(numbers *n, int sampler, uint32_t seed, uint32_t lanes, brume_precision precision) {
+    draw_by(text, n, sampler, seed, lanes, precision);
 }
 
 /* Pixels of a 512 x 512 picture, one sample and set. */
@@ -249,6 +255,33 @@ static void hashed_numbers_are_independent(void **state) {
     check_independence(SAMPLER_INDEPENDENT);
 }
 
+/* A pixel's points of the first block, and those of three later ones up to the last sample that there can be. */
+static uint32_t count_repeats(const char *kernel) {
+    static const uint32_t blocks[4] = {0, 1, 1000, 65535};
+    uint32_t repeats = 0;
+    for (uint32_t i = 0; i < COUNT; i++) {
+        a.x[i] = a.y[i] = 100;
+        a.set[i] = 3;
+        a.sample[i] = (i & 65535) + (blocks[i >> 16] << 16);
+    }
+    draw_by(kernel, &a, SAMPLER_SOBOL, 0, 16, BRUME_PRECISION_FLOAT);
+    for (uint32_t i = 65536; i < COUNT; i++) repeats += a.out[0][i] == a.out[0][i & 65535];
+    return repeats;
+}
+
+/* Of 3 2^16 pairs of 32-bit numbers one in 20 000 has an equal pair by chance. */
+static void later_blocks_of_samples_are_new(void **state) {
+    (void)state;
+    if (!device_test_offers(BRUME_PRECISION_FLOAT)) skip();
+    uint32_t repeats = count_repeats(text);
+    uint32_t naive = count_repeats(device_test_plant(
+        "random.h", "seed = hash32(seed + (sample >> U32(16)));", "",
+        strstr(text, "\n") + 1)); /* the planted header is there already */
+    stability_row("hazard", "points beyond 2^16 samples of a pixel", "none comes again", "of 196 608", 0, repeats,
+                  "naive %u", naive);
+    assert_int_equal(naive, 3 * 65536);
+}
+
 /* Planted: one multiplication in place of the hash, then a share of 3 % of pairs that move together. */
 static void a_weak_hash_is_noticed(void **state) {
     (void)state;
@@ -348,6 +381,7 @@ int main(void) {
         cmocka_unit_test(smooth_integrals_converge_fast),
         cmocka_unit_test(sobol_numbers_are_independent),
         cmocka_unit_test(hashed_numbers_are_independent),
+        cmocka_unit_test(later_blocks_of_samples_are_new),
         cmocka_unit_test(a_weak_hash_is_noticed),
         cmocka_unit_test(pixels_have_keys_of_their_own),
         cmocka_unit_test(every_width_gives_the_same_bits),
