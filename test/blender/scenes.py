@@ -271,4 +271,4 @@ def nested():
 
 # Name: what builds it, samples per pixel of Cycles and of ours, for each seed.
 COMPARED = {"spot_in_fog": (spot_in_fog, 96, 16), "volume_box": (volume_box, 48, 16),
-            "sun_and_sky": (sun_and_sky, 32, 32), "instances": (instances, 32, 16), "nested": (nested, 96, 32)}
+            "sun_and_sky": (sun_and_sky, 32, 32), "instances": (instances, 32, 16), "nested": (nested, 160, 64)}
