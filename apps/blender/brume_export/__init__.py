@@ -60,7 +60,9 @@ class BrumeRenderEngine(bpy.types.RenderEngine):
             log = os.path.join(folder, "log")
             try:
                 with open(log, "w", encoding="utf-8") as messages:
-                    process = subprocess.Popen([command, scene, "-o", picture, "-q", "--layers", "none"], stdout=messages, stderr=messages)
+                    # Blender's reader gives no pixels of a file with layers.
+                    process = subprocess.Popen([command, scene, "-o", picture, "-q", "--layers", "none"],
+                                               stdout=messages, stderr=messages)
             except OSError as error:
                 self.report({"ERROR"}, "%s: %s" % (command, error))
                 return
