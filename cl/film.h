@@ -7,6 +7,7 @@
 #ifndef BRUME_FILM_CL_H
 #define BRUME_FILM_CL_H
 
+#include "math.h"
 #include "vec.h"
 
 /* The planes of `slots` pixels each; this work-item's lanes own the LANES slots from `first` on. */
@@ -39,15 +40,6 @@ FN void film_add(const film *f, int sum_plane, int rest_plane, real x, mask m) {
     real lost = fabs(sum) >= fabs(x) ? (sum - next) + x : (x - next) + sum;
     store_lanes(m ? next : sum, sum_at);
     store_lanes(m ? rest + lost : rest, rest_at);
-}
-
-/* NaN or infinite, by the bits: no comparison can be compiled away. */
-FN mask is_bad(real x) {
-#ifdef BRUME_DOUBLE
-    return (as_ireal(x) & I(0x7ff0000000000000)) == I(0x7ff0000000000000);
-#else
-    return (as_ireal(x) & I(0x7f800000)) == I(0x7f800000);
-#endif
 }
 
 #endif

@@ -73,6 +73,15 @@
 #define REAL_INF R(INFINITY)
 #define REAL_NAN as_real(I(REAL_ONE_BITS) | (I(3) << I(REAL_MANTISSA - 1)) | (I(1) << I(REAL_SIGN_SHIFT - 1)))
 
+/* NaN or infinite, by the bits: no comparison can be compiled away. */
+FN mask is_bad(real x) {
+#ifdef BRUME_DOUBLE
+    return (as_ireal(x) & I(0x7ff0000000000000)) == I(0x7ff0000000000000);
+#else
+    return (as_ireal(x) & I(0x7f800000)) == I(0x7f800000);
+#endif
+}
+
 /* One step of Horner's scheme in the variable z. */
 #define HORNER(p, c) p = fma(p, z, R(c))
 

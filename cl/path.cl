@@ -15,10 +15,18 @@
 #endif
 #define TILE_WIDTH (LAYOUT_LANES >= 8 ? 4 : LAYOUT_LANES >= 4 ? 2 : 1)
 
+/* A NaN or an infinity in what the path found, or in what it ended with: that may have been lost on the way, as a ray
+ * without a direction meets nothing, and no comparison with it holds. */
+FN mask path_is_broken(const path *p) {
+    mask radiance = is_bad(p->radiance.r) | is_bad(p->radiance.g) | is_bad(p->radiance.b);
+    mask throughput = is_bad(p->throughput.r) | is_bad(p->throughput.g) | is_bad(p->throughput.b);
+    return radiance | throughput | is_bad(p->d.x) | is_bad(p->d.y) | is_bad(p->d.z);
+}
+
 /* Adds finished paths to the film. */
 FN void finish_paths(const film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
                      mask finished) {
-    mask broken = finished & (is_bad(p->radiance.r) | is_bad(p->radiance.g) | is_bad(p->radiance.b));
+    mask broken = finished & path_is_broken(p);
     if (ANY(broken)) {
         lanes_of_ireal is, at, index;
         is.all = broken ? I(1) : I(0);

@@ -71,6 +71,10 @@ FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albed
     mask record = p->first & plain;
     if (ANY(record)) {
         vec n = vselect(vdot(at->ns, p->d) > R(0), vneg(at->ns), at->ns);
+        mask broken = is_bad(albedo.r) | is_bad(albedo.g) | is_bad(albedo.b) | is_bad(n.x) | is_bad(n.y) | is_bad(n.z) |
+                      is_bad(p->travelled + t);
+        path_break(p, record & broken);
+        record = record & !broken;
         film_add_plain(f, FILM_ALBEDO_R, albedo.r, record);
         film_add_plain(f, FILM_ALBEDO_G, albedo.g, record);
         film_add_plain(f, FILM_ALBEDO_B, albedo.b, record);

@@ -198,10 +198,12 @@ FN void path_connect(const scene *s, path *p, const medium *m, real t_end, mask 
     mask shaped = HAS(ANISOTROPY) ? live & (fabs(m->g) > R(CONNECT_PEAKED)) : FALSE_MASK;
     connection c = connect_ray(r, p->o, p->d, t_end, m, unit(u.x), unit(u.y), shaped);
     real a = luminance(cmul(c.value, p->throughput)) * lexp(-sigma * c.distance), share = R(1);
+    path_break(p, live & is_bad(a));
     mask reflects = live & r->diffuse & !is_black(r->bounce);
     if (ANY(reflects)) {
         connection e = connect_end(r, p->o, p->d, t_end, m, unit(u.z), shaped);
         real b = luminance(cmul(e.value, p->throughput)) * lexp(-sigma * e.distance);
+        path_break(p, reflects & is_bad(b)); /* which would just not be chosen */
         b = (reflects & (b > R(0))) ? b : R(0);
         share = a / lmax(a + b, R(1e-37));
         mask end = reflects & (choice >= share);

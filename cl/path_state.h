@@ -36,6 +36,9 @@ FN void path_add(path *p, mask m, rgb value) {
     p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
 }
 
+/* For what came out NaN and would be lost in a comparison: the whole sample is dropped and counted. */
+FN void path_break(path *p, mask m) { p->radiance.r = m ? REAL_NAN : p->radiance.r; }
+
 /* A lane without a path. */
 FN path path_none(void) {
     path p;

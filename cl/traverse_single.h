@@ -215,7 +215,9 @@ FN void rays_store(rays *r, vec o, vec d, real tmin, real tmax, mask live) {
     r->d[2].all = d.z;
     r->tmin.all = tmin;
     r->tmax.all = tmax;
-    r->live.all = live & (tmax > tmin);
+    /* A NaN enters every box, the empty ones with it, and the walk would never end: such a ray meets nothing. */
+    real size = fabs(o.x) + fabs(o.y) + fabs(o.z) + fabs(d.x) + fabs(d.y) + fabs(d.z);
+    r->live.all = live & (tmax > tmin) & (size < REAL_INF);
 }
 
 FN ray rays_take(const rays *r, int k) {

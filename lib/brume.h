@@ -566,9 +566,10 @@ typedef enum brume_channel {
     BRUME_CHANNEL_DEPTH = 4,        /* 1 float: distance to the first visible surface, mean over the samples that hit */
     BRUME_CHANNEL_SAMPLE_COUNT = 5, /* 1 float */
     BRUME_CHANNEL_ALPHA = 6,        /* 1 float: share of samples that met a surface, a scatterer or an environment */
-    BRUME_CHANNEL_ERROR = 7         /* 3 floats: of the mean, the variance that the error estimate knows of, from the
+    BRUME_CHANNEL_ERROR = 7,        /* 3 floats: of the mean, the variance that the error estimate knows of, from the
                                        5 x 5 pixels around: with Sobol' points far below VARIANCE, which it is while the
                                        estimate knows nothing */
+    BRUME_CHANNEL_BAD_SAMPLES = 8   /* 1 float: samples dropped because they came out NaN or infinite */
 } brume_channel;
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
@@ -578,7 +579,7 @@ BRUME_API brume_result brume_render_read(brume_render *render, brume_channel cha
 typedef struct brume_picture_desc {
     uint32_t cookie;
     float exposure;       /* PNG: stops, applied before the sRGB curve; 0 */
-    uint32_t layers;      /* EXR: also write albedo, N, Z, variance and sampleCount; 1 */
+    uint32_t layers;      /* EXR: also write albedo, N, Z, variance, sampleCount; badSamples if there are any; 1 */
     uint32_t half;        /* EXR radiance in 16 bits: 0, 1, or 2 for the film's choice; 2 */
 } brume_picture_desc;
 

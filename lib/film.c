@@ -57,7 +57,8 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
                 *out++ = (float)(hits > 0 ? PLANE(FILM_DEPTH) / hits : 0);
                 break;
             }
-            case BRUME_CHANNEL_ERROR: break; /* not the film's to know */
+            case BRUME_CHANNEL_ERROR:
+            case BRUME_CHANNEL_BAD_SAMPLES: break; /* not the film's to know */
             case BRUME_CHANNEL_SAMPLE_COUNT: *out++ = (float)n; break;
             case BRUME_CHANNEL_ALPHA: *out++ = (float)(scale * PLANE(FILM_ALPHA)); break;
             }

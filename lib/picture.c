@@ -25,7 +25,7 @@ typedef struct layer {
     int size;
     const char *names[3];
     int guide; /* needs brume_render_desc.guides */
-    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS } when;
+    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS, IF_BAD } when;
 } layer;
 
 static const layer layers[] = {
@@ -36,6 +36,7 @@ static const layer layers[] = {
     {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
     {BRUME_CHANNEL_ERROR, 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
     {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
+    {BRUME_CHANNEL_BAD_SAMPLES, 1, {"badSamples", NULL, NULL}, 0, IF_BAD},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
 
@@ -76,7 +77,8 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
     uint32_t half = desc->half == 2 ? render->film.half : desc->half;
     for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
         const layer *l = &layers[i];
-        if (l->when == WITH_LAYERS && !desc->layers) continue;
+        if (l->when >= WITH_LAYERS && !desc->layers) continue;
+        if (l->when == IF_BAD && render->stats.bad_samples == 0) continue;
         if (l->when == WITH_ALPHA && !render->film.alpha) continue;
         if (l->guide && !render->desc.guides) continue;
         size_t floats = pixels * (size_t)l->size;
@@ -87,7 +89,7 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
             result = brume_render_read(render, l->channel, data[i], floats);
         for (int c = 0; c < l->size && result == BRUME_OK; c++)
             channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
-                                                    l->when != WITH_LAYERS && half};
+                                                    l->when < WITH_LAYERS && half};
     }
     if (result == BRUME_OK) {
         brume_exr_attribute attributes[MAX_ATTRIBUTES];

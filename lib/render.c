@@ -352,6 +352,7 @@ static int channel_size(brume_channel channel) {
     case BRUME_CHANNEL_NORMAL: return 3;
     case BRUME_CHANNEL_DEPTH:
     case BRUME_CHANNEL_SAMPLE_COUNT:
+    case BRUME_CHANNEL_BAD_SAMPLES:
     case BRUME_CHANNEL_ALPHA: return 1;
     }
     return 0;
@@ -378,6 +379,8 @@ brume_result brume_render_read(brume_render *render, brume_channel channel, floa
         if (counts) brume_film_resolve(&render->layout, data, 1, BRUME_CHANNEL_SAMPLE_COUNT, counts);
         if (!counts || !brume_error_estimate_variance(&render->estimate, counts, out))
             result = brume_fail(context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
+    } else if (result == BRUME_OK && channel == BRUME_CHANNEL_BAD_SAMPLES) {
+        result = brume_render_bad_channel(render, data, out);
     } else if (result == BRUME_OK) {
         if (channel == BRUME_CHANNEL_ERROR) channel = BRUME_CHANNEL_VARIANCE; /* all there is */
         brume_film_resolve(&render->layout, data, render->params.filter_weight, channel, out);

@@ -66,6 +66,14 @@ cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups
 /* The film's sums as they are: FILM_PLANES planes, with the guides FILM_GUIDE_PLANES, malloc'ed. */
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
 
+/* ---- render_bad.c: samples that came out NaN or infinite ---- */
+
+/* Takes their number from the device into the statistics, and warns of them. */
+brume_result brume_render_count_bad(brume_render *render);
+
+/* Pixel by pixel, rows from the top. planes: of the film as it is. */
+brume_result brume_render_bad_channel(const brume_render *render, const float *planes, float *out);
+
 /* ---- render_goal.c: what comes next ---- */
 
 /* Whether there is a target error, a time limit, or freedom to give some pixels more samples than others. */

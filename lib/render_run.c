@@ -71,19 +71,6 @@ static uint32_t launch_size(const brume_render *render, uint32_t samples, uint32
     return wanted < left ? (uint32_t)wanted : left;
 }
 
-static brume_result read_bad_samples(brume_render *render) {
-    cl_uint bad[BAD_SIZE];
-    cl_int code = clEnqueueReadBuffer(render->device->queue, render->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
-    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "reading the count of bad samples");
-    render->stats.bad_samples = bad[BAD_COUNT];
-    if (bad[BAD_COUNT]) {
-        render->stats.bad_pixel_x = bad[BAD_PIXEL] % render->stats.full_width;
-        render->stats.bad_pixel_y = bad[BAD_PIXEL] / render->stats.full_width;
-        render->stats.bad_sample = bad[BAD_SAMPLE];
-    }
-    return BRUME_OK;
-}
-
 /* One launch of the pilot, which takes about as long as a sample. */
 static brume_result run_pilot(brume_render *render) {
     uint32_t groups = launch_size(render, 1, render->layout.group_count - render->pilot_done);
@@ -215,13 +202,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     if (callback && (result == BRUME_OK || result == BRUME_CANCELLED)) report_progress(render, &now);
     render->stats.render_seconds += brume_seconds() - now.start;
     if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
-    brume_result read = read_bad_samples(render);
-    if (read != BRUME_OK) return read;
-    if (render->stats.bad_samples)
-        brume_warn(render->device->context,
-                   "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u sample %u: "
-                   "please report this", (unsigned long long)render->stats.bad_samples,
-                   render->stats.bad_pixel_x, render->stats.bad_pixel_y, render->stats.bad_sample);
+    BRUME_TRY(brume_render_count_bad(render));
     if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
     return result;
 }
