@@ -46,6 +46,7 @@ static void render_film(const brume_scene *scene, const brume_render_desc *desc,
     must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, out->rgb, 3 * COUNT));
     must(brume_render_read(render, BRUME_CHANNEL_SAMPLE_COUNT, out->samples, COUNT));
     must(brume_render_get_stats(render, &out->stats));
+    assert_int_equal(out->stats.bad_samples, 0);
     brume_render_destroy(render);
     assert_true(out->stats.complete);
     double sum = 0;
