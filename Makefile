@@ -6,6 +6,7 @@
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
 # make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
 #                    ARGS="lexp llog": only these
+# make check-platform POSIX, GNU and Windows are asked in platform files alone
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
@@ -27,6 +28,27 @@ endif
 ifneq ($(findstring clang,$(CC)),)
 CXX := $(subst clang,clang++,$(CC))
 endif
+ifneq ($(findstring -gcc,$(CC)),)
+CXX := $(subst -gcc,-g++,$(CC))
+endif
+
+# What the compiler builds for. CC=x86_64-w64-mingw32-gcc and the like build for another machine.
+triple := $(shell $(CC) -dumpmachine 2>/dev/null)
+platform := $(if $(findstring mingw,$(triple)),windows,$(if $(findstring apple,$(triple)),macos,linux))
+
+# The shared library by the name that programs load (abi: the number in it) and the one that they link.
+abi := 0
+shared.linux := libbrume.so.$(abi)
+shared.macos := libbrume.$(abi).dylib
+shared.windows := libbrume-$(abi).dll
+linked.linux := libbrume.so
+linked.macos := libbrume.dylib
+linked.windows := libbrume.dll.a
+share.linux = -shared -Wl,-soname,$(@F),--version-script=lib/exports.map
+share.macos = -dynamiclib -install_name @rpath/$(@F) -Wl,-exported_symbol,_brume_*
+share.windows = -shared -Wl,--version-script=lib/exports.map,--out-implib,$(@D)/$(linked.windows)
+shared := $(shared.$(platform))
+linked := $(linked.$(platform))
 
 # The default configuration builds into build/, every other compiler or configuration beside it.
 build := build
@@ -40,14 +62,23 @@ flags.sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=unde
 flags.coverage := -O0 -g --coverage
 
 warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
-common := $(flags.$(config)) -fPIC -fvisibility=hidden -MMD -MP $(warnings)
+code.linux := -fPIC -fvisibility=hidden
+code.macos := -fPIC -fvisibility=hidden
+code.windows := -D__USE_MINGW_ANSI_STDIO=1 -DBRUME_BUILD_DLL
+common := $(flags.$(config)) $(code.$(platform)) -MMD -MP $(warnings)
 CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
 CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
 link_flags := $(flags.$(config)) $(LDFLAGS)
-libs := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread
+libs.linux := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread
+libs.macos := -framework OpenCL -lOpenEXRCore -lassimp -lexpat -lc++
+libs.windows := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm
+libs := $(libs.$(platform))
 
-lib_objects := $(patsubst lib/%.c,$(build)/lib/%.o,$(wildcard lib/*.c)) \
-               $(patsubst lib/%.cc,$(build)/lib/%.o,$(wildcard lib/*.cc)) $(build)/sources.o
+# The operating system behind one file: lib/platform.h, apps/platform.h.
+this_platform := $(if $(filter windows,$(platform)),windows,posix)
+other_platform := $(if $(filter windows,$(platform)),posix,windows)
+lib_sources := $(filter-out lib/platform_$(other_platform).c,$(wildcard lib/*.c lib/*.cc))
+lib_objects := $(patsubst %,$(build)/%.o,$(basename $(lib_sources))) $(build)/sources.o
 cl_files := $(wildcard cl/*.cl cl/*.h)
 entry_points := $(wildcard cl/*.cl)
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
@@ -57,14 +88,14 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test stability exhaustive check-cl check-oclgrind crosscheck check-study check-blender \
-        blender-addon study-picture ladder estimates bench-effects clean
+.PHONY: all deps demo meshes test stability exhaustive check-platform check-cl check-oclgrind crosscheck check-study \
+        check-blender blender-addon study-picture ladder estimates bench-effects clean
 .SECONDARY:
-all: $(build)/libbrume.so.0 $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
+all: $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
-$(build)/libbrume.so.0: $(lib_objects) lib/exports.map
-	$(CC) -shared -Wl,-soname,libbrume.so.0,--version-script=lib/exports.map $(link_flags) -o $@ $(lib_objects) $(libs)
-	ln -sf libbrume.so.0 $(build)/libbrume.so
+$(build)/$(shared): $(lib_objects) lib/exports.map
+	$(CC) $(share.$(platform)) $(link_flags) -o $@ $(lib_objects) $(libs)
+	$(if $(filter windows,$(platform)),,ln -sf $(@F) $(@D)/$(linked))
 
 $(build)/libbrume.a: $(lib_objects)
 	rm -f $@
@@ -91,8 +122,8 @@ $(build)/apps/%.o: apps/%.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
 # What render-cli and ladder share.
-judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file scene_hash \
-            small_png)
+judging := $(patsubst %,$(build)/apps/%.o,curves error_metrics estimators files flip picture_file \
+            platform_$(this_platform) scene_hash small_png)
 
 $(build)/render-cli: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/cli*.c)) $(judging) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
@@ -101,6 +132,7 @@ $(build)/ladder: $(patsubst apps/%.c,$(build)/apps/%.o,$(wildcard apps/ladder*.c
 	$(CC) $(link_flags) -o $@ $^ $(libs)
 
 $(build)/estimates: $(build)/apps/error_metrics.o
+$(build)/bench-effects: $(build)/apps/platform_$(this_platform).o
 
 $(build)/%: $(build)/apps/%.o $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ $(libs)
@@ -163,6 +195,9 @@ stability: all meshes $(stable)
 
 exhaustive: $(build)/test/measure_exhaustive
 	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)
+
+check-platform: | $(first)
+	@sh test/check_platform.sh $(CC)
 
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))

@@ -11,6 +11,7 @@
 #include <time.h>
 
 #include "brume.h"
+#include "platform.h"
 
 enum { MOST_ROUNDS = 99, MOST_PROGRAMS = 24, COMMAND = 512 };
 
@@ -68,10 +69,7 @@ static brume_render_stats render_once(brume_device *device, const brume_context 
     desc.generic = p->generic;
     desc.error_estimate = 0;
     desc.program_size = samples == 1; /* the first render of each, which is not timed */
-    if (p->folder[0])
-        setenv("BRUME_CL_DIR", p->folder, 1);
-    else
-        unsetenv("BRUME_CL_DIR");
+    platform_set_environment("BRUME_CL_DIR", p->folder[0] ? p->folder : NULL);
     clock_t start = clock();
     if (brume_render_create(device, scene, &desc, &render))
         die(context);
@@ -154,10 +152,10 @@ int main(int argc, char **argv)
         return 2;
     }
     char cache[] = "/tmp/bench-effects-XXXXXX", command[sizeof cache + 16];
-    if (!mkdtemp(cache))
+    if (platform_make_temporary_folder(cache))
         die(NULL);
-    setenv("POCL_CACHE_DIR", cache, 1);
-    setenv("BRUME_CACHE_DIR", "", 1);
+    platform_set_environment("POCL_CACHE_DIR", cache);
+    platform_set_environment("BRUME_CACHE_DIR", "");
     if (brume_context_create(&context) || brume_device_open(context, BRUME_DEVICE_ANY, &device))
         die(context);
     puts(bits ? "| scene | feature too many | time | build time | program |\n|---|---|---|---|---|"

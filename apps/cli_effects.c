@@ -8,10 +8,10 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #include "cli_effects.h"
 #include "error_metrics.h"
+#include "platform.h"
 
 enum { ROUNDS = 4 };
 
@@ -144,10 +144,10 @@ static int prepare_folder(const cli_options *options)
         return CLI_EXIT_USAGE;
     }
     const char *folder = options->output_count ? options->outputs[0] : NULL;
-    struct stat status;
-    if (!folder || mkdir(folder, 0777) == 0 || (stat(folder, &status) == 0 && S_ISDIR(status.st_mode)))
+    int error = folder ? platform_make_folder(folder) : 0;
+    if (!error || brume_path_is_folder(folder))
         return 0;
-    cli_error("%s: %s", folder, strerror(errno == EEXIST ? ENOTDIR : errno));
+    cli_error("%s: %s", folder, strerror(error == EEXIST ? ENOTDIR : error));
     return CLI_EXIT_OUTPUT;
 }
 

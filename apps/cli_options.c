@@ -3,6 +3,7 @@
 #include <string.h>
 
 #include "cli_options.h"
+#include "platform.h"
 
 enum {
     RENDER = 1 << CLI_RENDER,
@@ -172,8 +173,7 @@ static int unknown_option(const char *name, size_t length)
 /* "folder/fog.xml" is written to "fog.exr" in the current folder, a study of it to "fog-study". */
 static int set_default_output(cli_options *options, const char *ending)
 {
-    const char *slash = strrchr(options->scene, '/');
-    const char *name = slash ? slash + 1 : options->scene;
+    const char *name = options->scene + brume_path_folder(options->scene);
     const char *dot = strrchr(name, '.');
     size_t length = dot && dot != name ? (size_t)(dot - name) : strlen(name);
     options->default_output = malloc(length + strlen(ending) + 1);

@@ -2,9 +2,9 @@
  * JSON object per line on standard output. */
 #include <stdarg.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli.h"
+#include "platform.h"
 
 void cli_error(const char *format, ...)
 {
@@ -23,7 +23,7 @@ void cli_progress_init(cli_progress *progress, const cli_options *options)
     progress->verbosity = options->verbosity;
     progress->threshold = options->render.noise_threshold;
     progress->limit = options->render.time_limit;
-    progress->bar = options->progress == CLI_PROGRESS_AUTO && options->verbosity >= 0 && isatty(STDERR_FILENO);
+    progress->bar = options->progress == CLI_PROGRESS_AUTO && options->verbosity >= 0 && platform_has_terminal();
 }
 
 static void clear_bar(cli_progress *progress)

@@ -4,10 +4,9 @@
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
-#include <time.h>
-#include <unistd.h>
 
 #include "cli.h"
+#include "platform.h"
 
 /* ---- signals ---- */
 
@@ -22,27 +21,14 @@ static void on_signal(int number)
 {
     brume_render *render = __atomic_load_n(&interruptible_render, __ATOMIC_ACQUIRE);
     if (first_signal || (!render && !held))
-        _exit(CLI_EXIT_SIGNAL + number);
+        platform_quit(CLI_EXIT_SIGNAL + number);
     first_signal = number;
     brume_render_cancel(render); /* NULL: there is none */
 }
 
-static void watch_signal(int number)
-{
-    struct sigaction action, before;
-    memset(&action, 0, sizeof action);
-    action.sa_handler = on_signal;
-    action.sa_flags = SA_RESTART;
-    sigemptyset(&action.sa_mask);
-    /* A shell starts background jobs with SIGINT ignored; that is to stay so. */
-    if (sigaction(number, NULL, &before) == 0 && before.sa_handler != SIG_IGN)
-        sigaction(number, &action, NULL);
-}
-
 void cli_watch_signals(void)
 {
-    watch_signal(SIGINT);
-    watch_signal(SIGTERM);
+    platform_watch_signals(on_signal);
 }
 
 void cli_interruptible(brume_render *render)
@@ -158,9 +144,7 @@ static int choose_device(brume_context *context, const char *wanted, uint32_t *o
 
 double cli_now(void)
 {
-    struct timespec time;
-    clock_gettime(CLOCK_MONOTONIC, &time);
-    return (double)time.tv_sec + 1e-9 * (double)time.tv_nsec;
+    return brume_seconds();
 }
 
 int cli_session_open(cli_session *session, brume_context *context, const cli_options *options, cli_progress *progress)

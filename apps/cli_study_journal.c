@@ -5,9 +5,9 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
 
 #include "cli_study.h"
+#include "platform.h"
 
 static const char title[] = "brume study 2";
 
@@ -109,8 +109,9 @@ int study_journal_append(study *s, const study_setting *setting, int seed, const
                 run->points[i].estimated, (unsigned long long)run->points[i].bad_samples);
     fputs(" .\n", file);
     study_path(s, "study.journal", path);
-    if (fflush(file) != 0 || fsync(fileno(file)) != 0 || ferror(file))
-        return study_not_written(path, errno);
+    int error = platform_sync(file);
+    if (error || ferror(file))
+        return study_not_written(path, error ? error : EIO);
     return CLI_EXIT_OK;
 }
 
@@ -122,7 +123,7 @@ static void forget_without_pictures(study *s, study_run *run, const char *stem, 
     char path[STUDY_PATH];
     for (size_t i = all || run->count == 0 ? 0 : run->count - 1; i < run->count; i++) {
         study_picture_path(s, stem, seed, run->points[i].samples, path);
-        if (access(path, R_OK) != 0)
+        if (!platform_is_readable(path))
             run->count = 0;
     }
 }
@@ -184,15 +185,16 @@ int study_journal_open(study *s)
     if (code)
         return code;
     s->journal = fopen(path, good > 0 ? "r+b" : "wb");
-    if (!s->journal || (good > 0 && (ftruncate(fileno(s->journal), good) != 0 ||
+    if (!s->journal || (good > 0 && (platform_truncate(s->journal, good) != 0 ||
                                      fseek(s->journal, good, SEEK_SET) != 0)))
         return study_not_written(path, errno);
     if (good == 0) {
         fprintf(s->journal, "%s\n", title);
         for (size_t i = 0; i < KEYS; i++)
             fprintf(s->journal, "%s\n", keys[i]);
-        if (fflush(s->journal) != 0 || fsync(fileno(s->journal)) != 0)
-            return study_not_written(path, errno);
+        int error = platform_sync(s->journal);
+        if (error)
+            return study_not_written(path, error);
     }
     for (int seed = 0; seed < STUDY_SEEDS; seed++) {
         forget_without_pictures(s, &s->reference_runs[seed], "reference", seed, 0);

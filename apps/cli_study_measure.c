@@ -1,21 +1,12 @@
 /* The renders of a study, and what they cost. */
 #include <string.h>
 #include <stdlib.h>
-#include <sys/resource.h>
 
 #include "cli_study.h"
 #include "picture_file.h"
+#include "platform.h"
 
 enum { MOST_SAMPLES = 1 << (STUDY_POINTS - 1) };
-
-static double cpu_now(void)
-{
-    struct rusage usage;
-    if (getrusage(RUSAGE_SELF, &usage) != 0)
-        return 0;
-    return (double)(usage.ru_utime.tv_sec + usage.ru_stime.tv_sec) +
-           1e-6 * (double)(usage.ru_utime.tv_usec + usage.ru_stime.tv_usec);
-}
 
 /* What the bar shows is the whole study. */
 typedef struct watched {
@@ -68,9 +59,9 @@ static brume_result keep_picture(climb *c, brume_render *render, uint32_t sample
 static brume_result reach(climb *c, brume_render *render, uint32_t samples, int *last)
 {
     brume_render_stats stats;
-    double before = cpu_now();
+    double before = platform_cpu_seconds();
     brume_result result = brume_render_run(render, on_progress, &c->watch);
-    c->cpu += cpu_now() - before;
+    c->cpu += platform_cpu_seconds() - before;
     if (!result)
         result = brume_render_get_stats(render, &stats);
     if (result)

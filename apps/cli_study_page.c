@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli_study.h"
+#include "platform.h"
 
 static const char style[] =
     ":root{color-scheme:light dark;--ink:#1d2126;--dim:#5c6670;--paper:#fff;--line:#d5dade;--tint:#f2f5f7;"
@@ -122,8 +123,7 @@ void study_put_number(FILE *file, double value)
 
 static const char *file_name(const char *path)
 {
-    const char *slash = strrchr(path, '/');
-    return slash ? slash + 1 : path;
+    return path + brume_path_folder(path);
 }
 
 static void put_head(FILE *file, const study *s)
@@ -400,7 +400,10 @@ int study_write_page(const study *s, int drawn)
     fputs("</body></html>\n", file);
     int failed = ferror(file);
     failed |= fclose(file) != 0;
-    if (!code && (failed || rename(temporary, path) != 0))
-        code = study_not_written(path, errno);
+    if (!code) {
+        int error = failed ? errno : brume_file_rename(temporary, path);
+        if (failed || error)
+            code = study_not_written(path, error);
+    }
     return code;
 }

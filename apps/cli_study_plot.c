@@ -4,10 +4,9 @@
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
-#include <unistd.h>
 
 #include "cli_study.h"
+#include "platform.h"
 
 /* Told apart on white and on black, and most of them by the colour-blind too; the marks do the rest. */
 static const char *const colours[] = {"#1f77d0", "#d95f02", "#1b9e57", "#c2379b", "#8a6bd1", "#a67c00",
@@ -181,7 +180,7 @@ static const char head_svg[] = "set terminal svg size 900,560 dynamic background
 static const char head_png[] = "set terminal pngcairo size 1350,840 font 'sans-serif,15' linewidth 1.4\n"
                                "set output 'study.png'\nreplot\n";
 
-static int write_file(const study *s, const char *name, void (*write)(FILE *file, const study *s), const char *before,
+static int write_file(const study *s, const char *name, void (*fill)(FILE *file, const study *s), const char *before,
                       const char *after)
 {
     char path[STUDY_PATH];
@@ -190,27 +189,20 @@ static int write_file(const study *s, const char *name, void (*write)(FILE *file
     if (!file)
         return study_not_written(path, errno);
     fputs(before, file);
-    write(file, s);
+    fill(file, s);
     fputs(after, file);
     int failed = ferror(file);
     failed |= fclose(file) != 0;
     return failed ? study_not_written(path, errno) : CLI_EXIT_OK;
 }
 
-/* gnuplot, in the folder; 0 if it isn't there or did not end well. */
+/* gnuplot, in the folder; 0 if it isn't there or did not end well. Ctrl-C does not reach it: the plot belongs to the
+ * page that is written then. */
 static int run_gnuplot(const study *s)
 {
-    int status;
-    pid_t child = fork();
-    if (child == 0) {
-        /* Ctrl-C reaches the whole group, but the plot belongs to the page that is written then. */
-        setpgid(0, 0);
-        if (chdir(s->folder) != 0)
-            _exit(127);
-        execlp("gnuplot", "gnuplot", "study.gp", (char *)NULL);
-        _exit(127);
-    }
-    return child > 0 && waitpid(child, &status, 0) == child && WIFEXITED(status) && WEXITSTATUS(status) == 0;
+    static char program[] = "gnuplot", script[] = "study.gp";
+    char *const arguments[] = {program, script, NULL};
+    return platform_run(arguments, s->folder) == 0;
 }
 
 int study_write_plot(const study *s, int *drawn)
@@ -219,9 +211,9 @@ int study_write_plot(const study *s, int *drawn)
     size_t curves = 0;
     *drawn = 0;
     study_path(s, "study.svg", path);
-    unlink(path);
+    remove(path);
     study_path(s, "study.png", path);
-    unlink(path);
+    remove(path);
     for (size_t k = 0; k < s->setting_count; k++)
         curves += s->curves[k].count > 0;
     if (curves == 0)

@@ -4,8 +4,8 @@
 #include <errno.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <unistd.h>
+
+#include "platform.h"
 
 int files_make_folder(const char *path)
 {
@@ -18,8 +18,9 @@ int files_make_folder(const char *path)
         if (part[i] == '/' || part[i] == 0) {
             char kept = part[i];
             part[i] = 0;
-            if (mkdir(part, 0777) != 0 && errno != EEXIST)
-                error = errno;
+            error = platform_make_folder(part);
+            if (error == EEXIST)
+                error = 0;
             part[i] = kept;
         }
     free(part);
@@ -38,14 +39,13 @@ int files_write(const char *path, const void *bytes, size_t size)
     FILE *file = fopen(temporary, "wb");
     int error = file ? 0 : errno;
     if (file) {
-        if (fwrite(bytes, 1, size, file) != size || fflush(file) != 0 || fsync(fileno(file)) != 0)
-            error = errno;
+        error = fwrite(bytes, 1, size, file) != size ? errno : platform_sync(file);
         if (fclose(file) != 0 && !error)
             error = errno;
-        if (!error && rename(temporary, path) != 0)
-            error = errno;
+        if (!error)
+            error = brume_file_rename(temporary, path);
         if (error)
-            unlink(temporary);
+            remove(temporary);
     }
     free(temporary);
     return error;

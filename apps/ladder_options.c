@@ -6,6 +6,7 @@
 
 #include "estimators.h"
 #include "ladder.h"
+#include "platform.h"
 
 static const char default_scenes[] = "open-beam,half-hidden,slats,bunny-beam,forest-beam,thin-fog,thick-fog,"
                                      "forward-fog,three-spots,hundred-spots,area-light,soft-lamp,environment-fog";
@@ -130,9 +131,9 @@ static int parse_rung(const char *option, const char *value, ladder_rung *out)
 /* A name has to do for file names, labels and JSON strings. */
 static int parse_scene(const char *option, const char *value, ladder_scene *out)
 {
-    const char *slash = strrchr(value, '/'), *base = slash ? slash + 1 : value;
+    const char *base = value + brume_path_folder(value);
     size_t length = strlen(base);
-    int is_file = slash || (length > 4 && strcmp(base + length - 4, ".xml") == 0);
+    int is_file = base > value || (length > 4 && strcmp(base + length - 4, ".xml") == 0);
     if (length > 4 && strcmp(base + length - 4, ".xml") == 0)
         length -= 4;
     size_t plain = strspn(base, "abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ0123456789-_.");

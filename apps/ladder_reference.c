@@ -6,6 +6,7 @@
 
 #include "error_metrics.h"
 #include "ladder.h"
+#include "platform.h"
 #include "scene_hash.h"
 
 /* Far from the seeds of what is compared with it. */
@@ -52,9 +53,10 @@ static int save(const char *path, const char *settings, const ladder_reference *
              fwrite(reference->radiance, sizeof(float), 3 * h.pixel_count, file) == 3 * h.pixel_count;
     if (file)
         ok &= fclose(file) == 0;
-    if (ok && rename(temporary, path) == 0)
+    int error = ok ? brume_file_rename(temporary, path) : errno;
+    if (!error)
         return LADDER_EXIT_OK;
-    ladder_error("%s: cannot be written: %s", path, strerror(errno));
+    ladder_error("%s: cannot be written: %s", path, strerror(error));
     return LADDER_EXIT_OUTPUT;
 }
 

@@ -1,13 +1,9 @@
 /* Contact sheets: pictures side by side with what they are written below them, by ImageMagick's montage. */
-#include <errno.h>
-#include <spawn.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/wait.h>
 
 #include "ladder.h"
-
-extern char **environ;
+#include "platform.h"
 
 void ladder_png_path(const ladder *l, const char *scene, const ladder_rung *rung, const char *kind,
                      char out[LADDER_PATH])
@@ -69,18 +65,17 @@ static command *begin(const char *title, const char *geometry, size_t columns)
 static int finish(const ladder *l, command *c, const char *name)
 {
     char path[LADDER_PATH + LADDER_NAME + 8];
-    int code = LADDER_EXIT_OK, status = 0;
-    pid_t child;
+    int code = LADDER_EXIT_OK, error = 0;
     snprintf(path, sizeof path, "%s/%s.png", l->options->out, name);
     if (c)
         add(c, path);
     if (!c || c->failed) {
         ladder_error("%s: out of memory", path);
         code = LADDER_EXIT_RUNTIME;
-    } else if ((errno = posix_spawnp(&child, c->arguments[0], NULL, NULL, c->arguments, environ)) != 0) {
-        ladder_error("%s: montage cannot be run: %s (Debian: apt install imagemagick)", path, strerror(errno));
+    } else if ((error = platform_run(c->arguments, NULL)) > 0) {
+        ladder_error("%s: montage cannot be run: %s (Debian: apt install imagemagick)", path, strerror(error));
         code = LADDER_EXIT_OUTPUT;
-    } else if (waitpid(child, &status, 0) != child || !WIFEXITED(status) || WEXITSTATUS(status) != 0) {
+    } else if (error) {
         ladder_error("%s: montage failed", path);
         code = LADDER_EXIT_OUTPUT;
     }

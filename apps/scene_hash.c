@@ -5,6 +5,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform.h"
+
 enum { LONGEST = 1024, NESTING = 2 };
 
 void scene_hash_bytes(uint64_t *hash, const void *data, size_t size)
@@ -41,13 +43,12 @@ static void hash_file(uint64_t *hash, const char *path, int nesting)
     if (!text)
         return;
     scene_hash_bytes(hash, text, size);
-    const char *slash = strrchr(path, '/');
     int is_scene = length > 4 && strcmp(path + length - 4, ".xml") == 0;
     /* Every quote may begin a name: in a comment or a text an apostrophe may stand alone. */
     for (const char *begin = strpbrk(text, "\"'"); begin && is_scene && nesting > 0; begin = strpbrk(begin, "\"'")) {
         const char quote[2] = {*begin, 0};
         size_t quoted = strcspn(++begin, quote);
-        size_t folder = slash && *begin != '/' ? (size_t)(slash + 1 - path) : 0;
+        size_t folder = brume_path_is_absolute(begin) ? 0 : brume_path_folder(path);
         char name[2 * LONGEST];
         if (quoted > 4 && quoted < LONGEST && begin[quoted - 4] == '.' && folder < LONGEST) {
             memcpy(name, path, folder);

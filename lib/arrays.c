@@ -4,8 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clock.h"
 #include "effects.h"
+#include "platform.h"
 
 /* cl/shared.h promises these sizes to every device compiler. */
 #define PIN(type, size) typedef char pin_##type[sizeof(type) == (size) ? 1 : -1]

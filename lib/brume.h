@@ -36,7 +36,9 @@
 extern "C" {
 #endif
 
-#if defined(__GNUC__)
+#if defined(_WIN32) && defined(BRUME_BUILD_DLL)
+#define BRUME_API __declspec(dllexport)
+#elif defined(__GNUC__) && !defined(_WIN32)
 #define BRUME_API __attribute__((visibility("default")))
 #else
 #define BRUME_API

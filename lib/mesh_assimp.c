@@ -3,12 +3,12 @@
 #include <assimp/postprocess.h>
 #include <assimp/scene.h>
 #include <errno.h>
-#include <pthread.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "mesh_finish.h"
+#include "platform.h"
 
 /* Sums over the nodes: a mesh may be placed several times. */
 typedef struct totals {
@@ -126,18 +126,18 @@ static void explain(const char *path, char why[256]) {
 
 /* assimp keeps the words of the last failure in a string of the whole process, which every failing import writes:
  * without the lock, contexts in two threads would not be independent. */
-static pthread_mutex_t import_lock = PTHREAD_MUTEX_INITIALIZER;
+static brume_lock import_lock = BRUME_LOCK_INIT;
 
 /* NULL after a failure, with the reason in `why`. */
 static const struct aiScene *import(const char *path, char why[256]) {
-    pthread_mutex_lock(&import_lock);
+    brume_lock_exclusive(&import_lock);
     const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate);
     if (!scene || !scene->mRootNode) {
         explain(path, why);
         aiReleaseImport(scene);
         scene = NULL;
     }
-    pthread_mutex_unlock(&import_lock);
+    brume_unlock_exclusive(&import_lock);
     return scene;
 }
 

@@ -9,16 +9,15 @@
 #define BRUME_MITSUBA_H
 
 #include "context.h"
+#include "platform.h"
 #include "xml_tree.h"
-
-#include <locale.h>
 
 typedef struct mitsuba_reader {
     brume_context *context;
     brume_scene *scene;
     xml_tree *tree;
     brume_result result; /* the first error */
-    locale_t locale;     /* numbers in files have a point whatever the user's language */
+    brume_c_locale *locale; /* numbers in files have a point whatever the user's language */
     struct mitsuba_ids *ids;
     brume_integrator_desc integrator; /* from <integrator> and <sampler> */
     int has_integrator, has_sensor, has_environment, has_media, ignores_media;

@@ -87,7 +87,7 @@ brume_result brume_scene_load(brume_context *context, const char *path, const br
     if (result != BRUME_OK) return result;
     result = brume_scene_create(context, &reader.scene);
     if (result != BRUME_OK) goto cleanup;
-    reader.locale = newlocale(LC_ALL_MASK, "C", (locale_t)0);
+    reader.locale = brume_c_locale_create();
     if (reader.locale)
         read_scene(&reader);
     else
@@ -95,7 +95,7 @@ brume_result brume_scene_load(brume_context *context, const char *path, const br
     result = reader.result;
 
 cleanup:
-    if (reader.locale) freelocale(reader.locale);
+    brume_c_locale_destroy(reader.locale);
     mitsuba_ids_free(&reader);
     xml_tree_free(&tree);
     if (result == BRUME_OK)

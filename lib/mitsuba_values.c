@@ -31,14 +31,6 @@ static const char *number_end(const char *c) {
     return c;
 }
 
-/* strtod reads numbers as the thread's locale writes them. */
-static double convert(const mitsuba_reader *reader, const char *text) {
-    locale_t before = uselocale(reader->locale);
-    double value = strtod(text, NULL);
-    uselocale(before);
-    return value;
-}
-
 int mitsuba_parse_numbers(const mitsuba_reader *reader, const char *text, double *out, int max) {
     int count = 0;
     for (;;) {
@@ -47,7 +39,7 @@ int mitsuba_parse_numbers(const mitsuba_reader *reader, const char *text, double
         const char *end = number_end(text);
         if (!end || (*end && !is_space(*end) && *end != ',')) return -1;
         if (count == max) return max + 1;
-        double value = convert(reader, text);
+        double value = brume_c_locale_strtod(reader->locale, text);
         if (!(fabs(value) <= FLT_MAX)) return -1; /* everything ends up in a float */
         out[count++] = value;
         text = end;
@@ -196,8 +188,8 @@ static void parse_spectrum(mitsuba_object *o, const mitsuba_property *p, mitsuba
             mitsuba_fail(o->reader, p->node, "'%s' is not a list of wavelength:value pairs", text);
             return;
         }
-        wavelengths[count] = convert(o->reader, c);
-        values[count] = convert(o->reader, colon + 1);
+        wavelengths[count] = brume_c_locale_strtod(o->reader->locale, c);
+        values[count] = brume_c_locale_strtod(o->reader->locale, colon + 1);
         if (!(wavelengths[count] > 0.0 && wavelengths[count] <= FLT_MAX && values[count] >= 0.0 &&
               values[count] <= FLT_MAX)) {
             mitsuba_fail(o->reader, p->node,

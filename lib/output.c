@@ -2,11 +2,11 @@
 #include "output.h"
 
 #include <errno.h>
-#include <fcntl.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <unistd.h>
+
+#include "platform.h"
 
 enum { MOST_ATTEMPTS = 100 };
 
@@ -16,10 +16,9 @@ brume_result brume_output_open(brume_context *context, const char *path, brume_o
     output.temporary = malloc(room);
     if (!output.temporary)
         return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
-    /* O_EXCL and not mkstemp: the file keeps the permissions that the umask asks for. */
     for (int i = 0; i < MOST_ATTEMPTS && output.descriptor < 0; i++) {
-        snprintf(output.temporary, room, "%s.%ld-%d.tmp", path, (long)getpid(), i);
-        output.descriptor = open(output.temporary, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666);
+        snprintf(output.temporary, room, "%s.%ld-%d.tmp", path, brume_process_number(), i);
+        output.descriptor = brume_file_create(output.temporary);
         if (output.descriptor < 0 && errno != EEXIST)
             break;
     }
@@ -33,21 +32,8 @@ brume_result brume_output_open(brume_context *context, const char *path, brume_o
 }
 
 int brume_output_write(brume_output *output, const void *bytes, size_t size, uint64_t offset) {
-    const char *from = bytes;
-    if (size > INT64_MAX || offset > INT64_MAX - size)
-        output->error = output->error ? output->error : EFBIG;
-    while (size > 0 && !output->error) {
-        ssize_t written = pwrite(output->descriptor, from, size, (off_t)offset);
-        if (written < 0 && errno != EINTR)
-            output->error = errno;
-        if (written == 0)
-            output->error = ENOSPC;
-        if (written > 0) {
-            from += written;
-            offset += (uint64_t)written;
-            size -= (size_t)written;
-        }
-    }
+    if (!output->error)
+        output->error = brume_file_write_at(output->descriptor, bytes, size, offset);
     return !output->error;
 }
 
@@ -58,13 +44,13 @@ int brume_output_append(brume_output *output, const void *bytes, size_t size) {
 }
 
 brume_result brume_output_close(brume_context *context, brume_output *output, int keep) {
-    /* Some file systems report a full disk at close only. */
-    if (close(output->descriptor) != 0 && !output->error && errno != EINTR)
-        output->error = errno;
-    if (keep && !output->error && rename(output->temporary, output->path) != 0)
-        output->error = errno;
+    int error = brume_file_close(output->descriptor);
+    if (!output->error)
+        output->error = error;
+    if (keep && !output->error)
+        output->error = brume_file_rename(output->temporary, output->path);
     if (!keep || output->error)
-        unlink(output->temporary);
+        remove(output->temporary);
     free(output->temporary);
     output->temporary = NULL;
     output->descriptor = -1;

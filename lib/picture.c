@@ -2,10 +2,10 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <strings.h>
 
 #include "effects.h"
 #include "image.h"
+#include "platform.h"
 #include "render.h"
 
 enum { PICTURE_COOKIE = 0x62720002, MAX_CHANNELS = 16, MAX_ATTRIBUTES = 24 };
@@ -152,8 +152,8 @@ brume_result brume_render_write(brume_render *render, const char *path, const br
         return brume_fail(context, BRUME_ERROR_ARGUMENT,
                           "brume_render_write: the descriptor does not come from brume_picture_desc_default()");
     const char *dot = strrchr(path, '.');
-    if (dot && strcasecmp(dot, ".exr") == 0) return write_exr(render, path, &desc);
-    if (dot && strcasecmp(dot, ".png") == 0) return write_png(render, path, &desc);
+    if (dot && brume_same_letters(dot, ".exr")) return write_exr(render, path, &desc);
+    if (dot && brume_same_letters(dot, ".png")) return write_png(render, path, &desc);
     return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
 }
 

@@ -5,17 +5,11 @@
  */
 #include "program_cache.h"
 
-#include <dirent.h>
-#include <errno.h>
-#include <fcntl.h>
-#include <signal.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
-#include <time.h>
-#include <unistd.h>
 
+#include "platform.h"
 #include "sha256.h"
 #include "text.h"
 
@@ -45,19 +39,17 @@ static char *finish_text(brume_text *text) {
 static void add_string(brume_text *text, const char *string) { brume_text_add(text, string, strlen(string)); }
 
 char *brume_program_cache_folder(void) {
-    const char *own = getenv("BRUME_CACHE_DIR"), *shared = getenv("XDG_CACHE_HOME"), *home = getenv("HOME");
+    const char *own = getenv("BRUME_CACHE_DIR");
     brume_text path = {0};
     if (own) {
         if (!*own) return NULL;
         add_string(&path, own);
-    } else if (shared && *shared == '/') { /* the specification: relative ones are invalid */
+    } else {
+        char *shared = brume_path_user_cache();
+        if (!shared) return NULL;
         add_string(&path, shared);
         add_string(&path, "/brume");
-    } else if (home && *home) {
-        add_string(&path, home);
-        add_string(&path, "/.cache/brume");
-    } else {
-        return NULL;
+        free(shared);
     }
     return finish_text(&path);
 }
@@ -115,36 +107,11 @@ static int is_entry_name(const char *name, int *is_temporary) {
 
 /* ---- reading --------------------------------------------------------------------------------------------------- */
 
-/* The whole file, with its size; NULL if it can't be read or can't be an entry by its size. */
-static unsigned char *read_entry(const char *path, size_t *size) {
-    int file = open(path, O_RDONLY | O_CLOEXEC);
-    if (file < 0) return NULL;
-    struct stat info;
-    unsigned char *data = NULL;
-    if (fstat(file, &info) == 0 && S_ISREG(info.st_mode) && info.st_size > (off_t)sizeof(entry_header) &&
-        (uint64_t)info.st_size <= PROGRAM_CACHE_LIMIT)
-        data = malloc((size_t)info.st_size);
-    size_t got = 0;
-    while (data && got < (size_t)info.st_size) {
-        ssize_t n = read(file, data + got, (size_t)info.st_size - got);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) {
-            free(data);
-            data = NULL;
-            break;
-        }
-        got += (size_t)n;
-    }
-    if (data) futimens(file, NULL); /* used now: not to be removed soon */
-    close(file);
-    *size = got;
-    return data;
-}
-
 unsigned char *brume_program_cache_load(const char *folder, const char *facts, size_t *out_size) {
     char *path = brume_program_cache_path(folder, facts);
     size_t size = 0;
-    unsigned char *data = path ? read_entry(path, &size) : NULL, *binary = NULL;
+    unsigned char *data = NULL, *binary = NULL;
+    if (path) data = brume_file_read_used(path, sizeof(entry_header) + 1, PROGRAM_CACHE_LIMIT, &size);
     free(path);
     if (!data) return NULL;
     entry_header header;
@@ -170,93 +137,54 @@ unsigned char *brume_program_cache_load(const char *folder, const char *facts, s
 
 /* ---- writing --------------------------------------------------------------------------------------------------- */
 
-static void make_folder(const char *folder) {
-    brume_text path = {0};
-    add_string(&path, folder);
-    char *text = finish_text(&path);
-    if (!text) return;
-    for (char *c = text + 1; *c; c++) {
-        if (*c != '/') continue;
-        *c = 0;
-        mkdir(text, 0700);
-        *c = '/';
-    }
-    mkdir(text, 0700);
-    free(text);
-}
+typedef struct entry_file { char name[NAME_DIGITS + 64]; double age; uint64_t size; } entry_file;
 
-static int write_all(int file, const void *data, size_t size) {
-    const char *at = data;
-    while (size > 0) {
-        ssize_t n = write(file, at, size);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return 0;
-        at += n;
-        size -= (size_t)n;
-    }
-    return 1;
-}
-
-/* A file that may not grow further (RLIMIT_FSIZE) would end the process by a signal: the write is to fail instead. */
-static int write_quietly(int file, const void *data, size_t size) {
-    sigset_t limit, before, pending;
-    sigemptyset(&limit);
-    sigaddset(&limit, SIGXFSZ);
-    if (pthread_sigmask(SIG_BLOCK, &limit, &before) != 0) return 0;
-    int written = write_all(file, data, size);
-    if (!written && errno == EFBIG && !sigismember(&before, SIGXFSZ) && sigpending(&pending) == 0 &&
-        sigismember(&pending, SIGXFSZ)) {
-        const struct timespec now = {0, 0};
-        sigtimedwait(&limit, NULL, &now);
-    }
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return written;
-}
-
-typedef struct entry_file { char name[NAME_DIGITS + 64]; time_t used; uint64_t size; } entry_file;
+typedef struct entry_list {
+    const char *folder;
+    entry_file *files;
+    size_t count, capacity;
+    uint64_t total;
+} entry_list;
 
 static int older_first(const void *a, const void *b) {
-    time_t x = ((const entry_file *)a)->used, y = ((const entry_file *)b)->used;
-    return (x > y) - (x < y);
+    double x = ((const entry_file *)a)->age, y = ((const entry_file *)b)->age;
+    return (x < y) - (x > y);
 }
 
-/* Removes entries until the rest fits, and what processes that died left behind. */
+/* Takes note of an entry; removes what a process that died left behind. */
+static int list_entry(void *user, const brume_folder_entry *file) {
+    entry_list *list = user;
+    int is_temporary;
+    if (!is_entry_name(file->name, &is_temporary) || strlen(file->name) >= sizeof list->files->name) return 1;
+    if (is_temporary) {
+        if (file->age > ABANDONED_SECONDS) brume_folder_remove(list->folder, file->name);
+        return 1;
+    }
+    if (list->count == list->capacity) {
+        size_t larger = list->capacity ? 2 * list->capacity : 64;
+        entry_file *moved = realloc(list->files, larger * sizeof *moved);
+        if (!moved) return 0;
+        list->files = moved;
+        list->capacity = larger;
+    }
+    entry_file *entry = &list->files[list->count++];
+    strcpy(entry->name, file->name);
+    entry->age = file->age;
+    entry->size = file->size;
+    list->total += file->size;
+    return list->count < MAX_ENTRIES;
+}
+
+/* Removes entries until the rest fits. */
 static void make_room(const char *folder, uint64_t limit) {
-    DIR *directory = opendir(folder);
-    if (!directory) return;
-    entry_file *files = NULL;
-    size_t count = 0, capacity = 0;
-    uint64_t total = 0;
-    time_t now = time(NULL);
-    for (struct dirent *d; count < MAX_ENTRIES && (d = readdir(directory));) {
-        int is_temporary;
-        struct stat info;
-        if (!is_entry_name(d->d_name, &is_temporary) || strlen(d->d_name) >= sizeof files->name ||
-            fstatat(dirfd(directory), d->d_name, &info, AT_SYMLINK_NOFOLLOW) != 0 || !S_ISREG(info.st_mode))
-            continue;
-        if (is_temporary) {
-            if (now - info.st_mtime > ABANDONED_SECONDS) unlinkat(dirfd(directory), d->d_name, 0);
-            continue;
-        }
-        if (count == capacity) {
-            size_t larger = capacity ? 2 * capacity : 64;
-            entry_file *moved = realloc(files, larger * sizeof *files);
-            if (!moved) break;
-            files = moved;
-            capacity = larger;
-        }
-        strcpy(files[count].name, d->d_name);
-        files[count].used = info.st_mtime;
-        files[count].size = (uint64_t)info.st_size;
-        total += files[count++].size;
+    entry_list list = {.folder = folder};
+    brume_folder_visit(folder, list_entry, &list);
+    if (list.count > 0) qsort(list.files, list.count, sizeof *list.files, older_first);
+    for (size_t i = 0; i < list.count && list.total > limit; i++) {
+        brume_folder_remove(folder, list.files[i].name); /* another process may have been faster: gone all the same */
+        list.total -= list.files[i].size;
     }
-    if (count > 0) qsort(files, count, sizeof *files, older_first);
-    for (size_t i = 0; i < count && total > limit; i++) {
-        unlinkat(dirfd(directory), files[i].name, 0); /* where another process was faster, it is gone all the same */
-        total -= files[i].size;
-    }
-    free(files);
-    closedir(directory);
+    free(list.files);
 }
 
 /* malloc'ed bytes of an entry. */
@@ -277,28 +205,16 @@ int brume_program_cache_store(const char *folder, const char *facts, const unsig
                               uint64_t limit) {
     if (binary_size == 0 || binary_size > limit / 2) return 0;
     size_t size = 0;
-    int kept = 0, file = -1;
+    int kept = 0;
     char *path = brume_program_cache_path(folder, facts);
     unsigned char *entry = make_entry(facts, binary, binary_size, &size);
-    brume_text text = {0};
-    add_string(&text, path ? path : "");
-    add_string(&text, ".XXXXXX");
-    char *temporary = finish_text(&text);
-    if (!path || !entry || !temporary) goto cleanup;
-    make_folder(folder);
-    file = mkstemp(temporary); /* mode 0600 */
-    if (file < 0) goto cleanup;
-    /* Flushed before it gets its name, so that a crash leaves no entry or a whole one. */
-    kept = write_quietly(file, entry, size) && fsync(file) == 0;
-    kept = close(file) == 0 && kept;
-    kept = kept && rename(temporary, path) == 0;
-    if (!kept) unlink(temporary);
-    make_room(folder, limit);
-
-cleanup:
+    if (path && entry) {
+        brume_folder_make(folder);
+        kept = brume_file_replace(path, entry, size);
+        make_room(folder, limit);
+    }
     free(path);
     free(entry);
-    free(temporary);
     return kept;
 }
 

@@ -8,8 +8,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clock.h"
 #include "effects.h"
+#include "platform.h"
 #include "strategy.h"
 
 enum {

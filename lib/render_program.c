@@ -8,9 +8,8 @@
 #include <stdio.h>
 #include <string.h>
 #include <stdlib.h>
-#include <time.h>
 
-#include "clock.h"
+#include "platform.h"
 #include "program_cache.h"
 #include "render.h"
 
@@ -23,7 +22,7 @@ enum { WIDE_PENDING = 0, WIDE_READY = 1, WIDE_FAILED = 2 };
 /* Held for reading around launches, for writing while a binary is taken out of the driver. PoCL 3.1 aborts the process
  * if a launch of the same program, another render's perhaps, ends meanwhile: to look for the code that the launch may
  * now let go it goes by the work-group size alone, and finds what it generated for the binary. */
-static pthread_rwlock_t launching = PTHREAD_RWLOCK_INITIALIZER;
+static brume_lock launching = BRUME_LOCK_INIT;
 
 static int state_of(brume_render_program *p) { return __atomic_load_n(&p->state, __ATOMIC_ACQUIRE); }
 
@@ -46,10 +45,10 @@ static cl_int warm_up(cl_command_queue queue, cl_kernel kernel, size_t local) {
     cl_int code = CL_SUCCESS;
     for (cl_uint i = 0; i < 5 && code == CL_SUCCESS; i++)
         code = clSetKernelArg(kernel, BRUME_KERNEL_BUFFERS + i, sizeof values[i], &values[i]);
-    pthread_rwlock_rdlock(&launching);
+    brume_lock_shared(&launching);
     if (code == CL_SUCCESS) code = clEnqueueNDRangeKernel(queue, kernel, 1, NULL, &local, &local, 0, NULL, NULL);
     if (code == CL_SUCCESS) code = clFinish(queue);
-    pthread_rwlock_unlock(&launching);
+    brume_unlock_shared(&launching);
     return code;
 }
 
@@ -87,10 +86,9 @@ static int build_wide(brume_render_program *p) {
     return result == BRUME_OK ? WIDE_READY : WIDE_FAILED;
 }
 
-static void *work(void *argument) {
+static void work(void *argument) {
     brume_render_program *p = argument;
     __atomic_store_n(&p->state, build_wide(p), __ATOMIC_RELEASE);
-    return NULL;
 }
 
 /* Returns whether it runs. */
@@ -100,8 +98,8 @@ static int start_thread(brume_render_program *p, const brume_device *device) {
         p->device.context = NULL;
         return 0;
     }
-    p->has_thread = pthread_create(&p->thread, NULL, work, p) == 0;
-    return p->has_thread;
+    p->thread = brume_thread_start(work, p);
+    return p->thread != NULL;
 }
 
 /* ---- the render's side ----------------------------------------------------------------------------------------- */
@@ -138,9 +136,9 @@ static int open_cached(brume_render *render) {
 /* Of the program that runs; 0 where the driver doesn't say. */
 static uint64_t size_of(cl_program program) {
     size_t size = 0; /* of one device's binary */
-    pthread_rwlock_wrlock(&launching);
+    brume_lock_exclusive(&launching);
     cl_int code = clGetProgramInfo(program, CL_PROGRAM_BINARY_SIZES, sizeof size, &size, NULL);
-    pthread_rwlock_unlock(&launching);
+    brume_unlock_exclusive(&launching);
     return code == CL_SUCCESS ? size : 0;
 }
 
@@ -195,9 +193,8 @@ static void swap(brume_render *render) {
 
 static void look_for_wide(brume_render *render) {
     brume_render_program *p = &render->program;
-    const struct timespec moment = {0, 1000000};
     if (p->swap_at && p->launches != p->swap_at) return;
-    while (p->swap_at && state_of(p) == WIDE_PENDING) nanosleep(&moment, NULL);
+    while (p->swap_at && state_of(p) == WIDE_PENDING) brume_sleep(0.001);
     int state = state_of(p);
     if (state == WIDE_PENDING) return;
     p->awaited = 0;
@@ -212,13 +209,13 @@ cl_kernel brume_render_program_begin_launch(brume_render *render) {
     brume_render_program *p = &render->program;
     p->launches++;
     if (p->awaited) look_for_wide(render);
-    pthread_rwlock_rdlock(&launching);
+    brume_lock_shared(&launching);
     return p->kernel;
 }
 
 void brume_render_program_end_launch(brume_render *render) {
     (void)render;
-    pthread_rwlock_unlock(&launching);
+    brume_unlock_shared(&launching);
 }
 
 /* Late, because it costs PoCL a second, and at no other time is it certain that the driver has nothing else to do. Who
@@ -227,14 +224,14 @@ static void keep(brume_render *render) {
     brume_render_program *p = &render->program;
     cl_program program = p->wide ? p->wide : p->lanes == render->stats.lanes ? p->program : NULL;
     if (!p->folder || !program || !render->stats.complete) return;
-    pthread_rwlock_wrlock(&launching);
+    brume_lock_exclusive(&launching);
     brume_program_cache_keep(render->device, p->folder, &p->source, program);
-    pthread_rwlock_unlock(&launching);
+    brume_unlock_exclusive(&launching);
 }
 
 void brume_render_program_destroy(brume_render *render) {
     brume_render_program *p = &render->program;
-    if (p->has_thread) pthread_join(p->thread, NULL);
+    brume_thread_join(p->thread);
     keep(render);
     if (p->wide_kernel) clReleaseKernel(p->wide_kernel);
     if (p->wide) clReleaseProgram(p->wide);

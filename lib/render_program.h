@@ -6,8 +6,7 @@
 #ifndef BRUME_RENDER_PROGRAM_H
 #define BRUME_RENDER_PROGRAM_H
 
-#include <pthread.h>
-
+#include "platform.h"
 #include "program.h"
 
 enum {
@@ -25,8 +24,8 @@ typedef struct brume_render_program {
     cl_mem arguments[BRUME_KERNEL_BUFFERS];
 
     /* The thread that builds the wide program; `wide` and its kernel are its own until state says otherwise. */
-    pthread_t thread;
-    int has_thread, awaited;
+    brume_thread *thread; /* NULL: none was started */
+    int awaited;
     brume_device device; /* a copy, with a context of its own: contexts belong to one thread */
     cl_program wide;
     cl_kernel wide_kernel;

@@ -7,7 +7,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clock.h"
+#include "platform.h"
 #include "render.h"
 
 #define LAUNCH_SECONDS 0.05

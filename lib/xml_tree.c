@@ -7,6 +7,7 @@
 #include "xml_tree.h"
 
 #include "mitsuba_spelling.h"
+#include "platform.h"
 #include "xml_parameters.h"
 
 #include <errno.h>
@@ -16,7 +17,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/stat.h>
 
 #define MAX_DEPTH 100
 #define MAX_INCLUDE_DEPTH 15
@@ -86,29 +86,23 @@ static char *join(xml_tree *tree, const char *folder, const char *name) {
     return path;
 }
 
-static int exists(const char *path) {
-    struct stat info;
-    return stat(path, &info) == 0;
-}
-
 const char *xml_tree_resolve(xml_tree *tree, const xml_file *file, const char *name) {
-    if (name[0] == '/') return xml_tree_copy(tree, name, strlen(name));
+    if (brume_path_is_absolute(name)) return xml_tree_copy(tree, name, strlen(name));
     const char *beside = join(tree, file->folder, name);
     if (!beside) return NULL;
     for (const xml_file *f = file; f; f = f->includer) {
         for (const xml_search *s = f->search; s; s = s->next) {
             const char *path = join(tree, s->folder, name);
-            if (!path || exists(path)) return path;
+            if (!path || brume_path_exists(path)) return path;
         }
         const char *path = f == file ? beside : join(tree, f->folder, name);
-        if (!path || exists(path)) return path;
+        if (!path || brume_path_exists(path)) return path;
     }
-    return exists(name) ? xml_tree_copy(tree, name, strlen(name)) : beside;
+    return brume_path_exists(name) ? xml_tree_copy(tree, name, strlen(name)) : beside;
 }
 
 static const char *folder_of(xml_tree *tree, const char *path) {
-    const char *slash = strrchr(path, '/');
-    return xml_tree_copy(tree, path, slash ? (size_t)(slash - path) + 1 : 0);
+    return xml_tree_copy(tree, path, brume_path_folder(path));
 }
 
 /* ---- reading ---------------------------------------------------------------------------------------------------- */
@@ -265,8 +259,7 @@ static void start_path(xml_parse *parse, const xml_node *node) {
         fail_memory(parse);
         return;
     }
-    struct stat info;
-    if (stat(folder, &info) != 0 || !S_ISDIR(info.st_mode)) {
+    if (!brume_path_is_folder(folder)) {
         fail_at(parse, node->line, node->column, "the folder '%s' does not exist", folder);
         return;
     }

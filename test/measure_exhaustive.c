@@ -10,8 +10,8 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "clock.h"
 #include "function_sweep.h"
+#include "platform.h"
 #include "text.h"
 
 enum { ROW = 512, MAX_ROWS = 128 };

@@ -1,8 +1,8 @@
 /* measure_light_tree.c -- prints how the variance and the time of a choice among lamps grow with their number: by the
  * tree, by a loop over all, by power, and evenly. Not a test.
  */
-#include "clock.h"
 #include "light_queries.h"
+#include "platform.h"
 
 /* Relative variance of one sample of the sum, whose lamp is chosen with the probabilities `p`: over all queries, the
  * mean variance by the mean square. */

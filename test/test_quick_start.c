@@ -136,8 +136,8 @@ static void a_failed_program_is_done_without(void **state) {
     (void)state;
     if (device->info.lanes == 1) skip();
     brume_render *render = create(1, 0);
-    pthread_join(render->program.thread, NULL);
-    render->program.has_thread = 0;
+    brume_thread_join(render->program.thread);
+    render->program.thread = NULL;
     render->program.state = 2;
     OK(brume_render_run(render, NULL, NULL));
     assert_int_equal(render->program.lanes, 1);
