@@ -8,11 +8,12 @@
 
 typedef struct brume_arrays {
     b_params params;
+    double origin[3];      /* in the scene's coordinates; positions below count from it */
     uint32_t features;     /* what the scene calls for, FEATURE_... */
     brume_bvh bvh;
     b_triangle *triangles; /* those dropped for having no area are not here */
     b_quadric *quadrics;
-    float *positions, *normals, *uvs; /* world space; 3, 3 and 2 floats */
+    float *positions, *normals, *uvs; /* the axes are the world's; 3, 3 and 2 floats */
     b_shape *shapes;
     b_bsdf *bsdfs;
     b_texture *textures;

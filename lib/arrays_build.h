@@ -7,6 +7,11 @@
 
 #include "arrays.h"
 
+/* origin: first of all, since all that has a place counts from it. */
+void brume_arrays_choose_origin(const brume_scene *scene, brume_arrays *arrays);
+/* From the scene's coordinates to those from there. */
+void brume_arrays_place(const brume_arrays *arrays, double p[3]);
+
 /* shapes, positions, normals, uvs, triangles, quadrics, dropped_triangles; scene_center and scene_radius. Shapes that
  * name no bsdf are left with -1. */
 brume_result brume_arrays_geometry(const brume_scene *scene, brume_arrays *arrays);

@@ -44,6 +44,7 @@ brume_result brume_arrays_camera(const brume_scene *scene, const uint32_t crop[4
     double x[3], y[3], z[3], origin[3];
     brume_affine_axes(sensor->to_world, x, y, z);
     brume_affine_column(sensor->to_world, 3, origin);
+    brume_arrays_place(arrays, origin);
     brume_store(x, p->camera_x);
     brume_store(y, p->camera_y);
     brume_store(z, p->camera_z);

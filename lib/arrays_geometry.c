@@ -1,8 +1,9 @@
 /* arrays_geometry.c -- shapes as the kernels see them: world-space vertices, triangles, quadrics, the scene's extent.
  *
- * Transforms are applied in double and rounded once. Where a transform mirrors, normals follow Mitsuba 3: those of
- * spheres and of meshes without vertex normals turn around with the winding; vertex normals keep their side of the
- * surface, as do disks', rectangles' and cubes'. Geometric normals are wound to agree with vertex normals.
+ * Transforms are applied in double, positions counted from brume_arrays.origin, and rounded once. Where a transform
+ * mirrors, normals follow Mitsuba 3: those of spheres and of meshes without vertex normals turn around with the
+ * winding; vertex normals keep their side of the surface, as do disks', rectangles' and cubes'. Geometric normals are
+ * wound to agree with vertex normals.
  */
 #include "arrays_build.h"
 
@@ -18,8 +19,8 @@ static brume_result check_extent(const brume_scene *scene, const double p[3], ui
     for (int i = 0; i < 3; i++)
         if (!(fabs(p[i]) <= MOST_COORDINATE))
             return brume_fail(scene->context, BRUME_ERROR_SCENE,
-                              "shape %u reaches farther than %g scene units from the origin", (unsigned)shape,
-                              MOST_COORDINATE);
+                              "shape %u reaches farther than %g scene units from the origin, or from the camera",
+                              (unsigned)shape, MOST_COORDINATE);
     return BRUME_OK;
 }
 
@@ -89,6 +90,7 @@ static brume_result add_mesh(const brume_scene *scene, uint32_t id, brume_arrays
     for (uint32_t i = 0; i < desc->vertex_count; i++) {
         double p[3];
         brume_affine_point(desc->to_world, shape->positions + 3 * (size_t)i, p);
+        brume_arrays_place(arrays, p);
         BRUME_TRY(check_extent(scene, p, id));
         brume_store(p, arrays->positions + 3 * ((size_t)first + i));
     }
@@ -124,6 +126,7 @@ static brume_result add_sphere(const brume_scene *scene, uint32_t id, brume_arra
     double determinant = brume_affine_determinant(desc->to_world);
     double center[3], x[3], y[3], z[3], corner[3], radius = desc->radius * cbrt(fabs(determinant));
     brume_affine_point(desc->to_world, desc->center, center);
+    brume_arrays_place(arrays, center);
     for (int i = 0; i < 3; i++)
         corner[i] = fabs(center[i]) + radius;
     BRUME_TRY(check_extent(scene, corner, id));
@@ -149,6 +152,7 @@ static brume_result add_disk(const brume_scene *scene, uint32_t id, brume_arrays
     double v[4][3], normal[3], corner[3];
     for (int i = 0; i < 4; i++)
         brume_affine_column(desc->to_world, i, v[i]);
+    brume_arrays_place(arrays, v[3]);
     brume_affine_normal(desc->to_world, up, normal);
     brume_normalize(normal);
     for (int i = 0; i < 3; i++)

@@ -22,12 +22,13 @@ static double spot_solid_angle(double cutoff, double beam) {
     return 2 * PI * (versine(m) + cos(m) * rest);
 }
 
-static b_light make_light(const brume_light_desc *desc) {
+static b_light make_light(const brume_light_desc *desc, const brume_arrays *arrays) {
     static const int kinds[] = {LIGHT_POINT, LIGHT_SPOT, LIGHT_DIRECTIONAL};
     b_light out = {.kind = kinds[desc->kind], .texture = -1};
     double v[4][3];
     for (int i = 0; i < 4; i++)
         brume_affine_column(desc->to_world, i, v[i]);
+    brume_arrays_place(arrays, v[3]);
     brume_store(v[3], out.position);
     if (desc->kind == BRUME_LIGHT_SPOT)
         brume_affine_axes(desc->to_world, v[0], v[1], v[2]);
@@ -59,7 +60,7 @@ static brume_result delta_lights(const brume_scene *scene, brume_arrays *arrays)
         const brume_light_desc *desc = &scene->lights[i].desc;
         if (desc->kind == BRUME_LIGHT_CONSTANT || desc->kind == BRUME_LIGHT_ENVMAP)
             continue;
-        arrays->lights[arrays->light_count++] = make_light(desc);
+        arrays->lights[arrays->light_count++] = make_light(desc, arrays);
     }
     arrays->params.light_count = (int)arrays->light_count;
     return BRUME_OK;
