@@ -80,6 +80,7 @@ struct cli_options {
     int verbosity; /* -1 quiet, 0, 1 verbose */
     int list_devices, help, version;
     float exposure;
+    uint32_t layers; /* as in brume_picture_desc */
     brume_render_desc render;
     cli_study_options study;
 };

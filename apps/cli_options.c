@@ -47,6 +47,9 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_CROP] =
         {ONE_RENDER, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {EVERY, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
+    [OPTION_LAYERS] =
+        {RENDER, 0, "layers", "all|none|A,B,...", "layers of EXRs: albedo, N, Z, variance, sampleCount,\n"
+                                            "badSamples (default: these, the last if there are any)"},
     [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
     [OPTION_DEVICE] =
         {EVERY, 0, "device", "I|NAME", "device by index or part of its name (default: a GPU, else the CPU)"},
@@ -226,6 +229,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     memset(options, 0, sizeof *options);
     options->render = brume_render_desc_default();
     options->render.quick_start = 1;
+    options->layers = BRUME_LAYERS_RECORDED;
     options->study.budget = 150;
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);

@@ -18,6 +18,15 @@ static double pixels_to_write(const brume_scene *scene, const cli_options *optio
     return pixels * (double)options->output_count;
 }
 
+/* What is not to be written is not recorded either. */
+static void record_layers(const brume_scene *scene, uint32_t layers, brume_render_desc *desc)
+{
+    const uint32_t guides = 1u << BRUME_CHANNEL_ALBEDO | 1u << BRUME_CHANNEL_NORMAL | 1u << BRUME_CHANNEL_DEPTH;
+    brume_film_desc film = brume_film_desc_default();
+    brume_scene_get_film(scene, &film);
+    desc->guides = film.alpha || (layers & guides);
+}
+
 static int check_outputs(const cli_options *options)
 {
     for (size_t i = 0; i < options->output_count; i++) {
@@ -33,6 +42,7 @@ static int write_pictures(brume_context *context, brume_render *render, const cl
 {
     brume_picture_desc picture = brume_picture_desc_default();
     picture.exposure = options->exposure;
+    picture.layers = options->layers;
     int code = CLI_EXIT_OK;
     for (size_t i = 0; i < options->output_count; i++) {
         cli_progress_step(progress, "Writing", options->outputs[i]);
@@ -75,6 +85,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
         goto cleanup;
     run.load_seconds = session.load_seconds;
     brume_render_desc desc = options->render;
+    record_layers(session.scene, options->layers, &desc);
     if (desc.time_limit > 0) {
         /* The limit is the command's: less what has gone by, and something for the pictures. */
         double left = desc.time_limit - (cli_now() - begin) - WRITE_SECONDS * pixels_to_write(session.scene, options);

@@ -77,6 +77,51 @@ static int parse_indirect(brume_render_desc *render, const char *value)
     return 0;
 }
 
+/* The names that cli_options.c lists. */
+static int unknown_layer(const char *name, size_t length)
+{
+    const char *best = NULL;
+    int best_distance = 4;
+    for (int i = 0; i < 32; i++) {
+        const char *known = brume_channel_name((brume_channel)i);
+        int distance = known ? cli_spelling_distance(name, length, known) : best_distance;
+        if (distance < best_distance && distance * 2 <= (int)length) {
+            best = known;
+            best_distance = distance;
+        }
+    }
+    if (best)
+        cli_error("--layers: unknown layer %.*s; did you mean %s?", (int)length, name, best);
+    else
+        cli_error("--layers: unknown layer %.*s; --help lists them", (int)length, name);
+    return CLI_EXIT_USAGE;
+}
+
+/* all, none or NAME,NAME,... */
+static int parse_layers(uint32_t *layers, const char *value)
+{
+    *layers = 0;
+    if (strcmp(value, "none") == 0)
+        return 0;
+    int all = strcmp(value, "all") == 0;
+    for (const char *name = value;; name++) {
+        size_t length = strcspn(name, ",");
+        int found = all;
+        for (int i = 0; i < 32; i++) {
+            const char *known = brume_channel_name((brume_channel)i);
+            if (known && (all || (strlen(known) == length && strncmp(known, name, length) == 0))) {
+                *layers |= 1u << i;
+                found = 1;
+            }
+        }
+        if (!found)
+            return unknown_layer(name, length);
+        name += length;
+        if (!*name)
+            return 0;
+    }
+}
+
 static int unknown_effect(const char *name, size_t length)
 {
     const char *best = NULL, *known;
@@ -181,6 +226,8 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return 0;
     case OPTION_DEFINE:
         return parse_define(options, value);
+    case OPTION_LAYERS:
+        return parse_layers(&options->layers, value);
     case OPTION_EXPOSURE:
         options->exposure = strtof(value, &end);
         if (end == value || *end || !isfinite(options->exposure))

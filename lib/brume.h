@@ -574,14 +574,21 @@ typedef enum brume_channel {
     BRUME_CHANNEL_BAD_SAMPLES = 8   /* 1 float: samples dropped because they came out NaN or infinite */
 } brume_channel;
 
+/* What the channel is called as a layer of an EXR: "albedo", "N", "Z", "variance" (BRUME_CHANNEL_ERROR), "sampleCount",
+ * "badSamples". NULL where it is no layer: the radiance and alpha, which an EXR has anyway, VARIANCE, other numbers. */
+BRUME_API const char *brume_channel_name(brume_channel channel);
+
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
  * Guides need brume_render_desc.guides. */
 BRUME_API brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count);
 
+#define BRUME_LAYERS_RECORDED UINT32_MAX
+
 typedef struct brume_picture_desc {
     uint32_t cookie;
     float exposure;       /* PNG: stops, applied before the sRGB curve; 0 */
-    uint32_t layers;      /* EXR: also write albedo, N, Z, variance, sampleCount; badSamples if there are any; 1 */
+    uint32_t layers;      /* EXR: set of layers to write, 1 << brume_channel each, of channels that the render records;
+                             BRUME_LAYERS_RECORDED, the default: all of those, badSamples if there are any */
     uint32_t half;        /* EXR radiance in 16 bits: 0, 1, or 2 for the film's choice; 2 */
 } brume_picture_desc;
 

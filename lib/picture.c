@@ -14,7 +14,7 @@ brume_picture_desc brume_picture_desc_default(void) {
     brume_picture_desc desc;
     memset(&desc, 0, sizeof desc);
     desc.cookie = PICTURE_COOKIE;
-    desc.layers = 1;
+    desc.layers = BRUME_LAYERS_RECORDED;
     desc.half = 2;
     return desc;
 }
@@ -22,23 +22,56 @@ brume_picture_desc brume_picture_desc_default(void) {
 /* One brume_channel read from the film and what its components are called in an EXR. */
 typedef struct layer {
     brume_channel channel;
+    const char *layer; /* NULL: it is none */
     int size;
     const char *names[3];
     int guide; /* needs brume_render_desc.guides */
-    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS, IF_BAD } when;
+    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS, IF_BAD /* or asked for */ } when;
 } layer;
 
 static const layer layers[] = {
-    {BRUME_CHANNEL_RADIANCE, 3, {"R", "G", "B"}, 0, ALWAYS},
-    {BRUME_CHANNEL_ALPHA, 1, {"A", NULL, NULL}, 1, WITH_ALPHA},
-    {BRUME_CHANNEL_ALBEDO, 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_NORMAL, 3, {"N.X", "N.Y", "N.Z"}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_DEPTH, 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_ERROR, 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
-    {BRUME_CHANNEL_SAMPLE_COUNT, 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
-    {BRUME_CHANNEL_BAD_SAMPLES, 1, {"badSamples", NULL, NULL}, 0, IF_BAD},
+    {BRUME_CHANNEL_RADIANCE, NULL, 3, {"R", "G", "B"}, 0, ALWAYS},
+    {BRUME_CHANNEL_ALPHA, NULL, 1, {"A", NULL, NULL}, 1, WITH_ALPHA},
+    {BRUME_CHANNEL_ALBEDO, "albedo", 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_NORMAL, "N", 3, {"N.X", "N.Y", "N.Z"}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_DEPTH, "Z", 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
+    {BRUME_CHANNEL_ERROR, "variance", 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
+    {BRUME_CHANNEL_SAMPLE_COUNT, "sampleCount", 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
+    {BRUME_CHANNEL_BAD_SAMPLES, "badSamples", 1, {"badSamples", NULL, NULL}, 0, IF_BAD},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
+
+static const layer *layer_of(brume_channel channel) {
+    for (int i = 0; i < LAYER_COUNT; i++)
+        if (layers[i].channel == channel && layers[i].layer) return &layers[i];
+    return NULL;
+}
+
+const char *brume_channel_name(brume_channel channel) {
+    const layer *l = layer_of(channel);
+    return l ? l->layer : NULL;
+}
+
+/* Whether an EXR gets this one. */
+static int is_written(const brume_render *render, const brume_picture_desc *desc, const layer *l) {
+    if (l->when == WITH_ALPHA && !render->film.alpha) return 0;
+    if (l->when >= WITH_LAYERS && !(desc->layers >> l->channel & 1)) return 0;
+    if (l->when == IF_BAD && desc->layers == BRUME_LAYERS_RECORDED && render->stats.bad_samples == 0) return 0;
+    return !l->guide || render->desc.guides;
+}
+
+static brume_result check_layers(const brume_render *render, const char *path, uint32_t set) {
+    for (uint32_t i = 0; i < 32 && set != BRUME_LAYERS_RECORDED; i++) {
+        if (!(set >> i & 1)) continue;
+        const layer *l = layer_of((brume_channel)i);
+        if (!l)
+            return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: channel %u is no layer", path, i);
+        if (l->guide && !render->desc.guides)
+            return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s",
+                              path, l->layer);
+    }
+    return BRUME_OK;
+}
 
 static brume_exr_attribute text_attribute(const char *name, const char *text) {
     brume_exr_attribute a = {.name = name, .type = BRUME_EXR_STRING, .string = text};
@@ -73,14 +106,11 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
     float *data[LAYER_COUNT] = {0};
     brume_exr_channel channels[MAX_CHANNELS];
     uint32_t count = 0;
-    brume_result result = BRUME_OK;
+    brume_result result = check_layers(render, path, desc->layers);
     uint32_t half = desc->half == 2 ? render->film.half : desc->half;
     for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
         const layer *l = &layers[i];
-        if (l->when >= WITH_LAYERS && !desc->layers) continue;
-        if (l->when == IF_BAD && render->stats.bad_samples == 0) continue;
-        if (l->when == WITH_ALPHA && !render->film.alpha) continue;
-        if (l->guide && !render->desc.guides) continue;
+        if (!is_written(render, desc, l)) continue;
         size_t floats = pixels * (size_t)l->size;
         data[i] = malloc(floats * sizeof(float));
         if (!data[i])

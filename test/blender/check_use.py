@@ -115,11 +115,7 @@ def run(bpy, numpy, folder, renderer):
     """How many things did not hold; each is printed."""
     failed = 0
     checks = [("warnings", warnings(folder, renderer)), ("command line", command_line(bpy, folder, renderer)),
-              ("linear falloff", linear_falloff(folder))]
-    if b"--layers" in subprocess.run([renderer, "--help"], stdout=subprocess.PIPE, check=False).stdout:
-        checks.append(("engine", engine(bpy, numpy, folder, renderer)))
-    else:
-        print("engine: skipped: it needs a render-cli with --layers")
+              ("linear falloff", linear_falloff(folder)), ("engine", engine(bpy, numpy, folder, renderer))]
     for name, problems in checks:
         found = [problem for problem in problems if problem]
         for problem in found:
