@@ -3,6 +3,7 @@
 # make demo          render out/three-spots.exr and .png
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
+# make trust         what may go wrong and what that does: every OpenCL call with every error; takes long
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
 # make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
 #                    ARGS="lexp llog": only these
@@ -88,8 +89,8 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test stability exhaustive check-platform check-cl check-oclgrind crosscheck check-study \
-        check-blender blender-addon study-picture ladder estimates bench-effects clean
+.PHONY: all deps demo meshes test trust stability exhaustive check-platform check-cl check-oclgrind crosscheck \
+        check-study check-blender blender-addon study-picture ladder estimates bench-effects clean
 .SECONDARY:
 all: $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -169,11 +170,11 @@ $(build)/test/%.o: test/%.c | $(first)
 	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
 
 $(build)/test/test_%: $(build)/test/test_%.o $(test_support) $(build)/libbrume.a
-	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
+	$(CC) $(link_flags) -o $@ $(filter %.o,$^) $(build)/libbrume.a -lcmocka $(libs)
 
 # Measurements that need the library's internals: made and run by hand.
 $(build)/test/measure_%: $(build)/test/measure_%.o $(test_support) $(build)/libbrume.a
-	$(CC) $(link_flags) -o $@ $^ -lcmocka $(libs)
+	$(CC) $(link_flags) -o $@ $(filter %.o,$^) $(build)/libbrume.a -lcmocka $(libs)
 
 # The public header is held to the oldest languages it promises to compile in.
 $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
@@ -182,6 +183,8 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 
 $(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
+$(build)/test/test_cl_faults $(build)/test/measure_cl_faults: \
+    $(patsubst %,$(build)/test/faults/%.o,cl_shim session sweep)
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
 test: all meshes $(tests)
@@ -192,6 +195,10 @@ stable := $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"stability.h"\|"h
 
 stability: all meshes $(stable)
 	@sh test/stability.sh $(build) $(sort $(stable))
+
+# ARGS="cached": one of the sessions only
+trust: $(build)/test/measure_cl_faults
+	$(build)/test/measure_cl_faults $(ARGS)
 
 exhaustive: $(build)/test/measure_exhaustive
 	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)

@@ -101,7 +101,8 @@ typedef struct brume_device_info {
 /* The first GPU, else PoCL, else the first CPU device. */
 #define BRUME_DEVICE_ANY UINT32_MAX
 
-/* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. */
+/* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. A driver that
+ * fails is passed over with a warning, unless there is no other. */
 BRUME_API brume_result brume_device_count(brume_context *context, uint32_t *out);
 /* `index` may be BRUME_DEVICE_ANY here, too. */
 BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out);
@@ -488,7 +489,8 @@ BRUME_API brume_render_desc brume_render_desc_default(void);
 /* Builds the BVH, uploads the scene and builds the program, or takes it from the cache: a folder of programs compiled
  * before, $BRUME_CACHE_DIR where that is set (empty: no cache), else $XDG_CACHE_HOME/brume, else ~/.cache/brume. It
  * holds up to 256 MiB; what was used least recently goes first. The scene may be changed or destroyed afterwards: the
- * render has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor. desc may be NULL: the defaults. */
+ * render has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor, with BRUME_ERROR_MEMORY, and how
+ * much is needed, if the device has no room for it. desc may be NULL: the defaults. */
 BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                            const brume_render_desc *desc, brume_render **out);
 /* Waits for a program that a quick start is still building, and puts the program of a complete render into the cache if
@@ -512,7 +514,11 @@ typedef struct brume_progress {
 typedef int (*brume_progress_callback)(void *user, const brume_progress *progress);
 
 /* Renders what is left of the sample range; BRUME_CANCELLED leaves a film with whole samples, to be read, written, or
- * continued by calling run again. `progress` may be NULL. */
+ * continued by calling run again. `progress` may be NULL.
+ *
+ * So does a failure, of the device or for want of memory: what has been rendered stays, and a further call goes on from
+ * there to the film that it would have been. Launches that fail for want of resources are tried smaller first. Only
+ * where a device broke off between two samples of a pixel does going on fail, too. */
 BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_callback progress, void *user);
 
 /* Changes how many samples per pixel are asked for, from what is begun already upwards: run then renders what is

@@ -6,7 +6,7 @@
 
 enum { MAX_PLATFORMS = 32, MAX_DEVICES = 64 };
 
-static const char *cl_error_name(cl_int code) {
+const char *brume_cl_error_name(cl_int code) {
 #define NAME(x) case x: return #x
     switch (code) {
     NAME(CL_DEVICE_NOT_FOUND); NAME(CL_DEVICE_NOT_AVAILABLE); NAME(CL_COMPILER_NOT_AVAILABLE);
@@ -31,83 +31,123 @@ brume_result brume_fail_cl(brume_context *context, cl_int code, const char *what
     int memory = code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY ||
                  code == CL_INVALID_BUFFER_SIZE;
     return brume_fail(context, memory ? BRUME_ERROR_MEMORY : BRUME_ERROR_DEVICE, "%s: %s (%d)", what,
-                      cl_error_name(code), (int)code);
+                      brume_cl_error_name(code), (int)code);
 }
 
-/* Every device of every platform, in the order in which the drivers list them. */
-static uint32_t list_devices(cl_device_id devices[MAX_DEVICES]) {
+/* Every device of every platform, in the order in which the drivers list them. A driver that fails is passed over, and
+ * said so; *code is the last of these errors. */
+static uint32_t list_devices(brume_context *context, cl_device_id devices[MAX_DEVICES], cl_int *code) {
     cl_platform_id platforms[MAX_PLATFORMS];
     cl_uint platform_count = 0, count = 0;
-    if (clGetPlatformIDs(MAX_PLATFORMS, platforms, &platform_count) != CL_SUCCESS) return 0;
+    *code = clGetPlatformIDs(MAX_PLATFORMS, platforms, &platform_count);
+    if (*code != CL_SUCCESS) return 0;
     if (platform_count > MAX_PLATFORMS) platform_count = MAX_PLATFORMS;
     for (cl_uint p = 0; p < platform_count && count < MAX_DEVICES; p++) {
         cl_uint found = 0;
-        if (clGetDeviceIDs(platforms[p], CL_DEVICE_TYPE_ALL, MAX_DEVICES - count, devices + count, &found) !=
-            CL_SUCCESS)
+        cl_int failed = clGetDeviceIDs(platforms[p], CL_DEVICE_TYPE_ALL, MAX_DEVICES - count, devices + count, &found);
+        if (failed != CL_SUCCESS) {
+            *code = failed;
+            if (failed != CL_DEVICE_NOT_FOUND)
+                brume_warn(context, "OpenCL platform %u does not list its devices: %s (%d)", (unsigned)p,
+                           brume_cl_error_name(failed), (int)failed);
             continue;
+        }
         count += found < MAX_DEVICES - count ? found : MAX_DEVICES - count;
     }
     return count;
 }
 
-static void get_string(cl_device_id id, cl_device_info what, char *out, size_t size) {
-    char text[1024] = "";
-    if (clGetDeviceInfo(id, what, sizeof text - 1, text, NULL) != CL_SUCCESS) text[0] = 0;
-    size_t length = strlen(text);
-    if (length >= size) length = size - 1;
-    memcpy(out, text, length);
-    out[length] = 0;
+/* That there is none is no error of a driver's. */
+static int is_absence(cl_int code) { return code == CL_SUCCESS || code == CL_DEVICE_NOT_FOUND || code == -1001; }
+
+/* Facts asked of a device: after the first that it fails to tell the rest are not asked for. */
+typedef struct inquiry { cl_device_id id; cl_int code; } inquiry;
+
+static void ask(inquiry *q, cl_device_info what, size_t size, void *out) {
+    if (q->code == CL_SUCCESS) q->code = clGetDeviceInfo(q->id, what, size, out, NULL);
 }
 
-static int has_extension(cl_device_id id, const char *name) {
+/* malloc'ed; NULL after a failure. */
+static char *ask_text(inquiry *q, cl_device_info what) {
     size_t size = 0;
-    if (clGetDeviceInfo(id, CL_DEVICE_EXTENSIONS, 0, NULL, &size) != CL_SUCCESS || size == 0) return 0;
+    if (q->code == CL_SUCCESS) q->code = clGetDeviceInfo(q->id, what, 0, NULL, &size);
+    if (q->code != CL_SUCCESS) return NULL;
     char *text = malloc(size + 1);
-    if (!text) return 0;
-    text[0] = 0;
-    clGetDeviceInfo(id, CL_DEVICE_EXTENSIONS, size, text, NULL);
+    if (!text) {
+        q->code = CL_OUT_OF_HOST_MEMORY;
+        return NULL;
+    }
+    q->code = size ? clGetDeviceInfo(q->id, what, size, text, NULL) : CL_SUCCESS;
     text[size] = 0;
-    int found = strstr(text, name) != NULL;
+    if (q->code == CL_SUCCESS) return text;
+    free(text);
+    return NULL;
+}
+
+static void ask_string(inquiry *q, cl_device_info what, char *out, size_t size) {
+    char *text = ask_text(q, what);
+    size_t length = text ? strlen(text) : 0;
+    if (length >= size) length = size - 1;
+    if (text) memcpy(out, text, length);
+    out[length] = 0;
+    free(text);
+}
+
+static uint32_t ask_extension(inquiry *q, const char *name) {
+    char *text = ask_text(q, CL_DEVICE_EXTENSIONS);
+    uint32_t found = text && strstr(text, name) != NULL;
     free(text);
     return found;
 }
 
-static void describe(cl_device_id id, brume_device_info *info) {
-    memset(info, 0, sizeof *info);
-    get_string(id, CL_DEVICE_NAME, info->name, sizeof info->name);
-    get_string(id, CL_DRIVER_VERSION, info->driver, sizeof info->driver);
+static void ask_platform(inquiry *q, char *out, size_t size) {
     cl_platform_id platform = NULL;
-    clGetDeviceInfo(id, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
-    clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof info->platform - 1, info->platform, NULL);
+    ask(q, CL_DEVICE_PLATFORM, sizeof platform, &platform);
+    if (q->code == CL_SUCCESS) q->code = clGetPlatformInfo(platform, CL_PLATFORM_NAME, size - 1, out, NULL);
+}
+
+static brume_result describe(brume_context *context, cl_device_id id, brume_device_info *out) {
+    inquiry q = {id, CL_SUCCESS};
+    brume_device_info info;
+    memset(&info, 0, sizeof info);
+    ask_string(&q, CL_DEVICE_NAME, info.name, sizeof info.name);
+    ask_string(&q, CL_DRIVER_VERSION, info.driver, sizeof info.driver);
+    ask_platform(&q, info.platform, sizeof info.platform);
     cl_device_type type = 0;
     cl_ulong memory = 0;
     cl_uint units = 0, width = 0;
-    clGetDeviceInfo(id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
-    clGetDeviceInfo(id, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof memory, &memory, NULL);
-    clGetDeviceInfo(id, CL_DEVICE_MAX_COMPUTE_UNITS, sizeof units, &units, NULL);
-    clGetDeviceInfo(id, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT, sizeof width, &width, NULL);
-    info->is_gpu = (type & CL_DEVICE_TYPE_GPU) != 0;
-    info->compute_units = units;
-    info->memory_bytes = memory;
-    info->has_double = (uint32_t)has_extension(id, "cl_khr_fp64");
-    info->lanes = info->is_gpu ? 1 : width >= 16 ? 16 : 8;
+    ask(&q, CL_DEVICE_TYPE, sizeof type, &type);
+    ask(&q, CL_DEVICE_GLOBAL_MEM_SIZE, sizeof memory, &memory);
+    ask(&q, CL_DEVICE_MAX_COMPUTE_UNITS, sizeof units, &units);
+    ask(&q, CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT, sizeof width, &width);
+    info.is_gpu = (type & CL_DEVICE_TYPE_GPU) != 0;
+    info.compute_units = units > 0 ? units : 1;
+    info.memory_bytes = memory;
+    info.has_double = ask_extension(&q, "cl_khr_fp64");
+    info.lanes = info.is_gpu ? 1 : width >= 16 ? 16 : 8;
+    if (q.code != CL_SUCCESS) return brume_fail_cl(context, q.code, "asking the device what it is");
+    *out = info;
+    return BRUME_OK;
 }
 
 brume_result brume_device_count(brume_context *context, uint32_t *out) {
     if (!context || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_device_count: NULL argument");
     cl_device_id devices[MAX_DEVICES];
-    *out = list_devices(devices);
+    cl_int code;
+    uint32_t count = list_devices(context, devices, &code);
+    if (count == 0 && !is_absence(code)) return brume_fail_cl(context, code, "listing OpenCL devices");
+    *out = count;
     return BRUME_OK;
 }
 
 /* What BRUME_DEVICE_ANY takes first: a GPU, PoCL, another CPU, the rest. */
 static int preference(cl_device_id id) {
+    inquiry q = {id, CL_SUCCESS};
     cl_device_type type = 0;
-    cl_platform_id platform = NULL;
     char name[128] = "";
-    clGetDeviceInfo(id, CL_DEVICE_TYPE, sizeof type, &type, NULL);
-    clGetDeviceInfo(id, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
-    clGetPlatformInfo(platform, CL_PLATFORM_NAME, sizeof name - 1, name, NULL);
+    ask(&q, CL_DEVICE_TYPE, sizeof type, &type);
+    ask_platform(&q, name, sizeof name);
+    if (q.code != CL_SUCCESS) return 0;
     if (type & CL_DEVICE_TYPE_GPU) return 3;
     if (!(type & CL_DEVICE_TYPE_CPU)) return 0;
     return strcmp(name, "Portable Computing Language") == 0 ? 2 : 1;
@@ -115,10 +155,13 @@ static int preference(cl_device_id id) {
 
 static brume_result find_device(brume_context *context, uint32_t index, cl_device_id *out) {
     cl_device_id devices[MAX_DEVICES];
-    uint32_t count = list_devices(devices);
+    cl_int code;
+    uint32_t count = list_devices(context, devices, &code);
+    if (count == 0 && !is_absence(code)) return brume_fail_cl(context, code, "listing OpenCL devices");
     if (count == 0)
         return brume_fail(context, BRUME_ERROR_NO_DEVICE,
-                          "no OpenCL device: install a driver (on Debian or Ubuntu: apt install pocl-opencl-icd)");
+                          "no OpenCL device%s%s: install a driver (on Debian or Ubuntu: apt install pocl-opencl-icd)",
+                          code == CL_SUCCESS ? "" : ", ", code == CL_SUCCESS ? "" : brume_cl_error_name(code));
     if (index == BRUME_DEVICE_ANY) {
         int best = -1;
         for (uint32_t i = 0; i < count; i++) {
@@ -139,8 +182,7 @@ brume_result brume_device_describe(brume_context *context, uint32_t index, brume
     if (!context || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_device_describe: NULL argument");
     cl_device_id id;
     brume_result result = find_device(context, index, &id);
-    if (result == BRUME_OK) describe(id, out);
-    return result;
+    return result == BRUME_OK ? describe(context, id, out) : result;
 }
 
 brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out) {
@@ -154,9 +196,15 @@ brume_result brume_device_open(brume_context *context, uint32_t index, brume_dev
     device->references = 1;
     device->context = brume_context_retain(context);
     device->id = id;
-    describe(id, &device->info);
-    cl_int code;
-    device->cl = clCreateContext(NULL, 1, &id, NULL, NULL, &code);
+    result = describe(context, id, &device->info);
+    if (result != BRUME_OK) {
+        brume_device_destroy(device);
+        return result;
+    }
+    cl_ulong largest = 0;
+    cl_int code = clGetDeviceInfo(id, CL_DEVICE_MAX_MEM_ALLOC_SIZE, sizeof largest, &largest, NULL);
+    device->largest_buffer = largest;
+    if (code == CL_SUCCESS) device->cl = clCreateContext(NULL, 1, &id, NULL, NULL, &code);
     if (code == CL_SUCCESS) device->queue = clCreateCommandQueue(device->cl, id, 0, &code);
     if (code != CL_SUCCESS) {
         result = brume_fail_cl(context, code, "opening the device");

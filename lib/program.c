@@ -116,45 +116,51 @@ brume_result brume_program_expand(brume_context *context, const char *entry, cha
 }
 
 /* The compiler's whole log, as the message of a failed build. */
-static brume_result fail_build(brume_device *device, cl_program program, const char *entry) {
+static brume_result fail_build(brume_device *device, cl_program program, const char *entry, cl_int code) {
+    if (code == CL_OUT_OF_HOST_MEMORY || code == CL_OUT_OF_RESOURCES)
+        return brume_fail_cl(device->context, code, "building kernels");
     size_t size = 0;
-    clGetProgramBuildInfo(program, device->id, CL_PROGRAM_BUILD_LOG, 0, NULL, &size);
-    char *log = malloc(size + 1);
-    if (log) {
-        if (size) clGetProgramBuildInfo(program, device->id, CL_PROGRAM_BUILD_LOG, size, log, NULL);
-        log[size] = 0;
-    }
-    brume_result result = brume_fail(device->context, BRUME_ERROR_BUILD, "%s does not build on %s:\n%s", entry,
-                                     device->info.name, log ? log : "");
+    if (clGetProgramBuildInfo(program, device->id, CL_PROGRAM_BUILD_LOG, 0, NULL, &size) != CL_SUCCESS) size = 0;
+    char *log = calloc(size + 1, 1);
+    if (log && size &&
+        clGetProgramBuildInfo(program, device->id, CL_PROGRAM_BUILD_LOG, size, log, NULL) != CL_SUCCESS)
+        log[0] = 0;
+    brume_result result = brume_fail(device->context, BRUME_ERROR_BUILD, "%s does not build on %s: %s (%d)\n%s", entry,
+                                     device->info.name, brume_cl_error_name(code), (int)code, log ? log : "");
     free(log);
     return result;
 }
 
 /* Everything but the text that the compiler is told. */
-static char *all_options(brume_device *device, uint32_t lanes, brume_precision precision, const char *options) {
+static brume_result all_options(brume_device *device, uint32_t lanes, brume_precision precision, const char *options,
+                                char **out) {
     cl_device_fp_config config = 0;
-    clGetDeviceInfo(device->id, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    cl_int code = clGetDeviceInfo(device->id, CL_DEVICE_SINGLE_FP_CONFIG, sizeof config, &config, NULL);
+    if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "asking the device how it rounds");
     brume_text all = {0};
     /* -w: PoCL prints warnings to stderr, where a library has no business; make check-cl shows them to us. */
     brume_text_format(&all, "-cl-std=CL1.2 -w -DBRUME_DEVICE=1 -DLANES=%u%s%s ", lanes,
                       precision == BRUME_PRECISION_DOUBLE ? " -DBRUME_DOUBLE" : "",
                       config & CL_FP_CORRECTLY_ROUNDED_DIVIDE_SQRT ? " -cl-fp32-correctly-rounded-divide-sqrt" : "");
     if (options) brume_text_add(&all, options, strlen(options));
-    if (!all.failed) return all.data;
-    free(all.data);
-    return NULL;
+    if (all.failed) {
+        free(all.data);
+        return brume_fail(device->context, BRUME_ERROR_MEMORY, "building kernels: out of memory");
+    }
+    *out = all.data;
+    return BRUME_OK;
 }
 
 /* Takes over `text`. */
 static brume_result source_of(brume_device *device, const char *entry, char *text, uint32_t lanes,
                               brume_precision precision, const char *options, brume_program_source *out) {
-    brume_program_source source = {entry, text, all_options(device, lanes, precision, options)};
-    if (!source.options) {
+    brume_program_source source = {entry, text, NULL};
+    brume_result result = all_options(device, lanes, precision, options, &source.options);
+    if (result == BRUME_OK)
+        *out = source;
+    else
         brume_program_source_free(&source);
-        return brume_fail(device->context, BRUME_ERROR_MEMORY, "building kernels: out of memory");
-    }
-    *out = source;
-    return BRUME_OK;
+    return result;
 }
 
 brume_result brume_program_source_make(brume_device *device, const char *entry, uint32_t lanes,
@@ -177,7 +183,7 @@ brume_result brume_program_compile(brume_device *device, const brume_program_sou
     if (code != CL_SUCCESS) return brume_fail_cl(device->context, code, "creating a program");
     code = clBuildProgram(program, 1, &device->id, source->options, NULL, NULL);
     if (code != CL_SUCCESS) {
-        brume_result result = fail_build(device, program, source->entry);
+        brume_result result = fail_build(device, program, source->entry, code);
         clReleaseProgram(program);
         return result;
     }

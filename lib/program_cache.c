@@ -58,24 +58,25 @@ static void add_hex(brume_text *text, const uint8_t *digest, int digits) {
     for (int i = 0; i < digits / 2; i++) brume_text_format(text, "%02x", digest[i]);
 }
 
-static void add_device_fact(brume_text *text, brume_device *device, const char *label, cl_device_info what) {
+static int add_device_fact(brume_text *text, brume_device *device, const char *label, cl_device_info what) {
     char value[512] = "";
-    if (clGetDeviceInfo(device->id, what, sizeof value - 1, value, NULL) != CL_SUCCESS) value[0] = 0;
+    cl_int code = clGetDeviceInfo(device->id, what, sizeof value - 1, value, NULL);
     brume_text_format(text, "%s: %s\n", label, value);
+    return code == CL_SUCCESS;
 }
 
 char *brume_program_cache_facts(brume_device *device, const brume_program_source *source) {
     brume_text text = {0};
-    char platform_version[512] = "";
+    char version[512] = "";
     cl_platform_id platform = NULL;
-    clGetDeviceInfo(device->id, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL);
-    if (clGetPlatformInfo(platform, CL_PLATFORM_VERSION, sizeof platform_version - 1, platform_version, NULL))
-        platform_version[0] = 0;
+    int known =
+        clGetDeviceInfo(device->id, CL_DEVICE_PLATFORM, sizeof platform, &platform, NULL) == CL_SUCCESS &&
+        clGetPlatformInfo(platform, CL_PLATFORM_VERSION, sizeof version - 1, version, NULL) == CL_SUCCESS;
     brume_text_format(&text, "brume: " BRUME_VERSION "\nplatform: %s\nplatform version: %s\n", device->info.platform,
-                      platform_version);
-    add_device_fact(&text, device, "device", CL_DEVICE_NAME);
-    add_device_fact(&text, device, "device version", CL_DEVICE_VERSION);
-    add_device_fact(&text, device, "driver", CL_DRIVER_VERSION);
+                      version);
+    known = known && add_device_fact(&text, device, "device", CL_DEVICE_NAME) &&
+            add_device_fact(&text, device, "device version", CL_DEVICE_VERSION) &&
+            add_device_fact(&text, device, "driver", CL_DRIVER_VERSION);
     add_string(&text, "options: ");
     add_string(&text, source->options);
     uint8_t digest[SHA256_SIZE];
@@ -83,6 +84,8 @@ char *brume_program_cache_facts(brume_device *device, const brume_program_source
     add_string(&text, "\nsource: ");
     add_hex(&text, digest, 2 * SHA256_SIZE);
     add_string(&text, "\n");
+    /* An entry under a name that lacks the driver's version, say, would be the next version's, too. */
+    text.failed = text.failed || !known;
     return finish_text(&text);
 }
 

@@ -88,51 +88,6 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
     return BRUME_OK;
 }
 
-/* A read-only buffer with a copy of `size` bytes; at least one struct's worth, because OpenCL has no empty buffers. */
-static brume_result upload(brume_render *render, int index, const void *data, size_t size) {
-    static const char nothing[256];
-    if (size == 0) {
-        data = nothing;
-        size = sizeof nothing;
-    }
-    cl_int code;
-    render->buffers[index] =
-        clCreateBuffer(render->device->cl, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR, size, (void *)(size_t)data, &code);
-    if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "uploading the scene");
-    render->stats.device_bytes += size;
-    return BRUME_OK;
-}
-
-/* In the order of SCENE_PARAMETERS in cl/scene.h. */
-static brume_result upload_arrays(brume_render *render, const brume_arrays *a) {
-    const struct { const void *data; size_t size; } arrays[BRUME_SCENE_BUFFERS] = {
-        {&a->params, sizeof a->params},
-        {a->bvh.nodes, a->bvh.node_count * sizeof *a->bvh.nodes},
-        {a->bvh.blocks, a->bvh.block_count * sizeof *a->bvh.blocks},
-        {a->bvh.quadric_ids, a->bvh.quadric_block_count * 8 * sizeof *a->bvh.quadric_ids},
-        {a->quadrics, (size_t)a->params.quadric_count * sizeof *a->quadrics},
-        {a->triangles, (size_t)a->params.triangle_count * sizeof *a->triangles},
-        {a->positions, (size_t)a->position_count * 3 * sizeof(float)},
-        {a->normals, (size_t)a->normal_count * 3 * sizeof(float)},
-        {a->uvs, (size_t)a->uv_count * 2 * sizeof(float)},
-        {a->shapes, a->shape_count * sizeof *a->shapes},
-        {a->bsdfs, a->bsdf_count * sizeof *a->bsdfs},
-        {a->textures, a->texture_count * sizeof *a->textures},
-        {a->texels, (size_t)a->texel_count * 3 * sizeof(float)},
-        {a->media, a->medium_count * sizeof *a->media},
-        {a->lights, a->light_count * sizeof *a->lights},
-        {a->emitters, a->emitter_count * sizeof *a->emitters},
-        {a->cdf, a->cdf_count * sizeof(float)},
-        {a->filter, a->filter_count * sizeof(float)},
-        {a->light_tree.blocks, a->light_tree.block_count * sizeof *a->light_tree.blocks},
-    };
-    for (int i = 0; i < BRUME_SCENE_BUFFERS; i++) {
-        brume_result result = upload(render, i, arrays[i].data, arrays[i].size);
-        if (result != BRUME_OK) return result;
-    }
-    return BRUME_OK;
-}
-
 /* Builds the program for what the scene calls for. */
 static brume_result build_program(brume_render *render, const brume_arrays *arrays) {
     uint32_t features = arrays->features | (render->desc.extra_features & FEATURE_ALL);
@@ -274,8 +229,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     }
     brume_info(context, "Uploading the scene");
     double start = brume_seconds();
-    result = upload_arrays(render, &arrays);
-    if (result == BRUME_OK) result = brume_render_create_film(render);
+    result = brume_render_create_buffers(render, &arrays);
     double uploaded = brume_seconds();
     brume_info(context, "Building kernels, %u lanes wide, in %s", render->stats.lanes,
                desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");

@@ -33,6 +33,9 @@ struct brume_render {
     uint32_t pass_samples;    /* of the pass under way, 0 between passes */
     uint32_t pass_groups;     /* that take part in it */
     uint32_t groups_done;     /* of them */
+    uint32_t doubtful;        /* and so many more were in a launch that failed: each has run, or has not */
+    uint32_t most_groups;     /* in a launch, since larger ones failed for want of resources; 0: any number */
+    uint32_t look_at;         /* samples per pixel: the film is to be looked at before it goes on; 0: it is not */
     double work;              /* group-samples done */
     double create_seconds;    /* that brume_render_create took: they count for the time limit */
     int finished;             /* nothing is left to do: the samples are done, or the goal is reached */
@@ -55,13 +58,25 @@ struct brume_render {
     float world_to_camera[16];
 };
 
-/* ---- render_launch.c: the film, the plan and the kernel's launches ---- */
+/* ---- render_buffers.c ---- */
 
-brume_result brume_render_create_film(brume_render *render);
+/* The scene on the device, and an empty film; BRUME_ERROR_MEMORY says how much is needed and how much there is. */
+brume_result brume_render_create_buffers(brume_render *render, const brume_arrays *arrays);
+
+/* ---- render_launch.c: the kernel's launches, and the film read back ---- */
 
 /* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, and waits. mode: LAUNCH_ bits. */
 cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
                            cl_uint mode);
+
+/* The same in work-items of the program that runs at present. */
+cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units, uint32_t first, uint32_t samples,
+                                 cl_uint mode);
+
+/* For a pass of adaptive sampling from samples_done on, malloc'ed, `size` bytes: the tiles that take part, pass_groups of
+ * them, and behind room for all tiles the index at which each slot ends; 0 for pixels that take no part. NULL: no
+ * memory. */
+cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
 /* The film's sums as they are: FILM_PLANES planes, with the guides FILM_GUIDE_PLANES, malloc'ed. */
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
@@ -73,6 +88,15 @@ brume_result brume_render_count_bad(brume_render *render);
 
 /* Pixel by pixel, rows from the top. planes: of the film as it is. */
 brume_result brume_render_bad_channel(const brume_render *render, const float *planes, float *out);
+
+/* ---- render_recover.c: launches that failed ---- */
+
+/* After a launch of `groups` groups failed. Whether smaller ones may do, which are tried from now on. */
+int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int code);
+
+/* After a launch from groups_done on failed, of which `doubtful` groups may have run or not: does those that have not,
+ * and counts all of them as done. Groups stay in doubt while that fails, or where smaller launches are to be tried. */
+brume_result brume_render_settle(brume_render *render);
 
 /* ---- render_goal.c: what comes next ---- */
 

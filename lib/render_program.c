@@ -193,7 +193,7 @@ static void swap(brume_render *render) {
 
 static void look_for_wide(brume_render *render) {
     brume_render_program *p = &render->program;
-    if (p->swap_at && p->launches != p->swap_at) return;
+    if (p->swap_at && p->launches < p->swap_at) return;
     while (p->swap_at && state_of(p) == WIDE_PENDING) brume_sleep(0.001);
     int state = state_of(p);
     if (state == WIDE_PENDING) return;
@@ -208,7 +208,7 @@ static void look_for_wide(brume_render *render) {
 cl_kernel brume_render_program_begin_launch(brume_render *render) {
     brume_render_program *p = &render->program;
     p->launches++;
-    if (p->awaited) look_for_wide(render);
+    if (p->awaited && !render->doubtful) look_for_wide(render); /* what is in doubt is counted in its work-items */
     brume_lock_shared(&launching);
     return p->kernel;
 }

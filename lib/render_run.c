@@ -62,12 +62,17 @@ static int report_progress(const brume_render *r, const run *now) {
     return now->callback(now->user, &p);
 }
 
+/* Groups that keep the whole device busy. */
+static size_t least_groups(const brume_render *render) {
+    return render->device->info.compute_units * render->local_size;
+}
+
 /* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
  * as long there, would be measured as slower, and the next one would be smaller still. */
 static uint32_t launch_size(const brume_render *render, uint32_t samples, uint32_t left) {
-    size_t least = render->device->info.compute_units * render->local_size;
     double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
-    if (wanted < (double)least) wanted = (double)least;
+    if (wanted < (double)least_groups(render)) wanted = (double)least_groups(render);
+    if (render->most_groups && wanted > render->most_groups) wanted = render->most_groups;
     return wanted < left ? (uint32_t)wanted : left;
 }
 
@@ -78,50 +83,41 @@ static brume_result run_pilot(brume_render *render) {
     cl_int code = brume_render_launch(render, render->pilot_done, groups, PILOT_SAMPLE, 1, LAUNCH_PILOT);
     double seconds = brume_seconds() - before;
     render->stats.pilot_seconds += seconds;
+    /* What has run of it may run again: the same plan comes out. */
+    if (code != CL_SUCCESS && brume_render_shrink_launches(render, groups, code)) return BRUME_OK;
     if (code != CL_SUCCESS) return brume_fail_cl(render->device->context, code, "rendering the pilot");
     if (seconds > 0) render->groups_per_second = (double)groups / seconds;
     render->pilot_done += groups;
     return BRUME_OK;
 }
 
-/* Tells the kernel which tiles take part in the pass from samples_done on, and where each of their pixels ends: none
- * that has more samples already, or is to have none. */
+/* Tells the kernel which tiles take part in the pass from samples_done on, and where each of their pixels ends. */
 static brume_result write_schedule(brume_render *r) {
-    brume_context *context = r->device->context;
-    const brume_film_layout *l = &r->layout;
-    size_t slots = brume_film_slot_count(l), size = (l->group_count + slots) * sizeof(cl_int);
-    cl_int *schedule = calloc(1, size), *ends = schedule + l->group_count;
-    if (!schedule) return brume_fail(context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
-    for (uint32_t y = 0; y < l->height; y++)
-        for (uint32_t x = 0; x < l->width; x++) {
-            size_t i = (size_t)y * l->width + x;
-            if (r->done[i] == r->samples_done && r->ends[i] > r->done[i])
-                ends[brume_film_slot_of(l, x, y)] = (cl_int)(r->desc.first_sample + r->ends[i]);
-        }
-    size_t lanes = slots / l->group_count;
-    r->pass_groups = 0;
-    for (uint32_t group = 0; group < l->group_count; group++) {
-        int wanted = 0;
-        for (size_t k = group * lanes; k < (group + 1) * lanes; k++) wanted |= ends[k] != 0;
-        if (wanted) schedule[r->pass_groups++] = (cl_int)group;
-    }
+    size_t size;
+    cl_int *schedule = brume_render_make_schedule(r, &size);
+    if (!schedule) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
     cl_int code =
         clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, size, schedule, 0, NULL, NULL);
     free(schedule);
-    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(context, code, "placing samples");
+    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "placing samples");
 }
 
-/* 1, 1, 2, 4, ...: a whole picture soon, then long passes; never across a power of two, where the error is taken. */
+/* 1, 1, 2, 4, ...: a whole picture soon, then long passes; never across a power of two, where the error is taken, and
+ * not so long that the smallest launch takes more than LAUNCH_SECONDS. */
 static brume_result begin_pass(brume_render *r) {
     uint32_t left = r->stage_end - r->samples_done, power = 1;
     while (power <= r->samples_done) power *= 2;
     uint32_t size = r->samples_done ? power - r->samples_done : 1;
     uint32_t most = r->ends ? MAX_ADAPTIVE_SAMPLES : MAX_PASS_SAMPLES;
     size = size < most ? size : most;
+    double affordable = r->groups_per_second * LAUNCH_SECONDS / (double)least_groups(r);
+    if (affordable < size) size = affordable > 1 ? (uint32_t)affordable : 1;
     r->pass_samples = size < left ? size : left;
     r->pass_groups = r->layout.group_count;
     r->groups_done = 0;
-    return r->ends ? write_schedule(r) : BRUME_OK;
+    brume_result result = r->ends ? write_schedule(r) : BRUME_OK;
+    if (result != BRUME_OK) r->pass_samples = 0; /* not begun */
+    return result;
 }
 
 /* Moves on to the least samples that some pixel has while it is to have more. */
@@ -135,17 +131,23 @@ static void end_adaptive_pass(brume_render *r) {
     r->samples_done = next;
 }
 
+/* The look at the film that is due: if it fails, it still is. */
+static brume_result look(brume_render *r) {
+    brume_result result = r->look_at ? brume_goal_look(r, r->look_at) : BRUME_OK;
+    if (result == BRUME_OK) r->look_at = 0;
+    return result;
+}
+
 static brume_result end_pass(brume_render *r) {
     uint32_t samples = r->samples_done + r->pass_samples;
-    brume_result result = BRUME_OK;
     if (r->ends)
         end_adaptive_pass(r);
     else
         r->samples_done = samples;
     r->pass_samples = 0;
     r->groups_done = 0;
-    if (r->desc.error_estimate && (samples & (samples - 1)) == 0) result = brume_goal_look(r, samples);
-    return result;
+    if (r->desc.error_estimate && (samples & (samples - 1)) == 0) r->look_at = samples;
+    return look(r);
 }
 
 static brume_result run_launch(brume_render *r, const run *now) {
@@ -153,7 +155,12 @@ static brume_result run_launch(brume_render *r, const run *now) {
     double before = brume_seconds();
     cl_int code = brume_render_launch(r, r->groups_done, groups, r->desc.first_sample + r->samples_done,
                                       r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
-    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "rendering");
+    if (code != CL_SUCCESS) {
+        r->doubtful = groups;
+        r->looked = 0;
+        if (brume_render_shrink_launches(r, groups, code)) return BRUME_OK;
+        return brume_fail_cl(r->device->context, code, "rendering");
+    }
     double seconds = brume_seconds() - before;
     if (seconds > 0) r->groups_per_second = (double)groups * r->pass_samples / seconds;
     r->groups_done += groups;
@@ -170,6 +177,11 @@ static brume_result run_step(brume_render *r, const run *now) {
         if (r->desc.time_limit > 0 && r->create_seconds + spent(r, now) >= r->desc.time_limit) r->finished = 1;
         return r->finished ? BRUME_OK : run_pilot(r);
     }
+    if (r->doubtful) {
+        BRUME_TRY(brume_render_settle(r));
+        return !r->doubtful && r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
+    }
+    if (r->look_at) return look(r);
     if (r->pass_samples > 0) return run_launch(r, now);
     brume_result result = BRUME_OK;
     if (r->samples_done >= r->stage_end) result = brume_goal_next_stage(r, spent(r, now));

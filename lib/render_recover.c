@@ -1,0 +1,113 @@
+/* render_recover.c -- a launch that failed, and how far it came.
+ *
+ * When a driver reports an error, all of the launch may have run, or nothing, or some of its groups. The film knows: it
+ * holds for each pixel how many samples have been added. So what is missing is launched once more, and the film is the
+ * one that it would have been.
+ */
+#include <stdlib.h>
+
+#include "render.h"
+
+/* What the film says of a pixel or a work-item. */
+enum { ABSENT = 1, PRESENT = 2, TORN = ABSENT | PRESENT };
+
+typedef struct survey {
+    brume_render *r;
+    float *count;     /* of samples, by slot */
+    cl_int *schedule; /* NULL while all pixels are alike */
+    int any_bad;      /* samples have been dropped, so that counts may be short */
+    size_t units;     /* work-items that a tile of the film takes of the program that runs */
+} survey;
+
+static int is_inside(const brume_film_layout *l, size_t slot) {
+    size_t lanes = l->tile_width * l->tile_height, tile = slot / lanes, place = slot % lanes;
+    return tile % l->tiles_x * l->tile_width + place % l->tile_width < l->width &&
+           tile / l->tiles_x * l->tile_height + place / l->tile_width < l->height;
+}
+
+static int look_at_slot(const survey *s, size_t slot) {
+    const brume_render *r = s->r;
+    double before = r->samples_done, after = before + r->pass_samples;
+    if (!is_inside(&r->layout, slot)) return 0;
+    if (s->schedule) {
+        cl_int end = s->schedule[r->layout.group_count + slot];
+        if (end == 0) return 0;
+        if (after > end - (double)r->desc.first_sample) after = end - (double)r->desc.first_sample;
+    }
+    if (s->count[slot] <= before) return ABSENT;
+    return s->count[slot] >= after || s->any_bad ? PRESENT : TORN;
+}
+
+static int look_at_unit(const survey *s, size_t unit) {
+    const brume_render *r = s->r;
+    size_t tile = unit / s->units, lanes = r->program.lanes;
+    if (s->schedule) tile = (size_t)s->schedule[tile];
+    size_t first = tile * r->stats.lanes + unit % s->units * lanes;
+    int state = 0;
+    for (size_t slot = first; slot < first + lanes; slot++) state |= look_at_slot(s, slot);
+    return state;
+}
+
+/* The film after everything that is under way has ended. */
+static brume_result begin_survey(survey *s) {
+    brume_render *r = s->r;
+    brume_context *context = r->device->context;
+    size_t slots = brume_film_slot_count(&r->layout), unused;
+    cl_uint bad[BAD_SIZE];
+    s->count = malloc(slots * sizeof *s->count);
+    if (r->ends) s->schedule = brume_render_make_schedule(r, &unused);
+    if (!s->count || (r->ends && !s->schedule))
+        return brume_fail(context, BRUME_ERROR_MEMORY, "going on after a failure: out of memory");
+    cl_int code = clFinish(r->device->queue);
+    if (code == CL_SUCCESS)
+        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * slots * sizeof *s->count,
+                                   slots * sizeof *s->count, s->count, 0, NULL, NULL);
+    if (code == CL_SUCCESS)
+        code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+    if (code != CL_SUCCESS) return brume_fail_cl(context, code, "going on after a failure");
+    s->any_bad = bad[BAD_COUNT] != 0;
+    return BRUME_OK;
+}
+
+static brume_result launch_missing(const survey *s) {
+    brume_render *r = s->r;
+    const size_t begin = r->groups_done * s->units, end = begin + r->doubtful * s->units;
+    const size_t most = (r->most_groups ? r->most_groups : r->doubtful) * s->units;
+    for (size_t unit = begin; unit < end; unit++)
+        if (look_at_unit(s, unit) == TORN)
+            return brume_fail(r->device->context, BRUME_ERROR_DEVICE,
+                              "a launch broke off in the middle of a pixel's samples: the film can be read, but not "
+                              "continued");
+    for (size_t unit = begin, next; unit < end; unit = next) {
+        int missing = look_at_unit(s, unit) == ABSENT;
+        for (next = unit + 1; next < end && next - unit < most && (look_at_unit(s, next) == ABSENT) == missing;) next++;
+        if (!missing) continue;
+        cl_int code = brume_render_launch_units(r, unit, next - unit, r->desc.first_sample + r->samples_done,
+                                                r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+        if (code == CL_SUCCESS) continue;
+        if (brume_render_shrink_launches(r, (uint32_t)((next - unit) / s->units), code)) return BRUME_OK;
+        return brume_fail_cl(r->device->context, code, "going on after a failure");
+    }
+    r->groups_done += r->doubtful;
+    r->work += (double)r->doubtful * r->pass_samples;
+    r->doubtful = 0;
+    return BRUME_OK;
+}
+
+int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int code) {
+    int want = code == CL_OUT_OF_RESOURCES || code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY;
+    if (!want || groups < 2 || groups <= render->local_size) return 0;
+    render->most_groups = groups / 2;
+    brume_warn(render->device->context, "a launch of %u groups failed with %s: %u at most from now on", groups,
+               brume_cl_error_name(code), render->most_groups);
+    return 1;
+}
+
+brume_result brume_render_settle(brume_render *render) {
+    survey s = {.r = render, .units = render->stats.lanes / render->program.lanes};
+    brume_result result = begin_survey(&s);
+    if (result == BRUME_OK) result = launch_missing(&s);
+    free(s.count);
+    free(s.schedule);
+    return result;
+}
