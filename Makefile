@@ -18,6 +18,7 @@
 # make check-blender the Blender exporter against Cycles (Blender's module for Python, from PyPI, into build/)
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
+# make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions
 # make clean
 # config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
 
@@ -251,6 +252,8 @@ estimates: $(build)/estimates meshes
 bench-effects: $(build)/bench-effects meshes
 	@sh lib/deps.sh python3
 	$(build)/bench-effects $(build) $(ARGS)
+
+include lib/packaging/install.mk
 
 clean:
 	rm -rf build out
