@@ -8,6 +8,8 @@
 # make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
 #                    ARGS="lexp llog": only these
 # make check-platform POSIX, GNU and Windows are asked in platform files alone
+# make identity      every scene file, with every feature that it doesn't call for built in as well: the same bits? In
+#                    half an hour; SCENES=scenes/furnace.xml: only that
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
@@ -206,6 +208,11 @@ exhaustive: $(build)/test/measure_exhaustive
 
 check-platform: | $(first)
 	@sh test/check_platform.sh $(CC)
+# room.xml is a part of other scenes.
+SCENES ?= $(sort $(filter-out scenes/ladder/room.xml,$(wildcard scenes/*.xml scenes/ladder/*.xml)))
+.PHONY: identity
+identity: $(build)/test/measure_identity meshes
+	BRUME_CACHE_DIR= $(build)/test/measure_identity $(SCENES)
 
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))

@@ -10,7 +10,7 @@
 FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     mask in = p->alive & (p->medium >= I(0));
     ireal max_depth = I(s->params->max_depth);
-    mask glows = HAS(EMISSION) ? in & !is_black(m->emission) : FALSE_MASK;
+    mask glows = in & !is_black(m->emission);
     if (ANY(glows)) path_add(p, glows, medium_emission(m, *t));
 
     rgb sigma_s = cmul(m->sigma_t, m->albedo);

@@ -33,10 +33,9 @@ typedef uint32_t b_uint;
 #define FEATURE_MANY_LIGHTS 512 /* a light tree */
 #define FEATURE_FLIGHTS 1024   /* paths scatter in media, and go on from there */
 #define FEATURE_CHROMATIC 2048 /* extinction that differs between colours */
-#define FEATURE_EMISSION 4096  /* media that glow */
-#define FEATURE_ANISOTROPY 8192 /* media with a mean cosine other than 0 */
-#define FEATURE_SCATTERING 16384 /* media that scatter: else they only absorb and glow, exactly */
-#define FEATURE_ALL 32767
+#define FEATURE_ANISOTROPY 4096 /* media with a mean cosine other than 0 */
+#define FEATURE_SCATTERING 8192 /* media that scatter: else they only absorb and glow, exactly */
+#define FEATURE_ALL 16383
 
 /* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
 #define STRATEGY_AUTO 0

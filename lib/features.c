@@ -1,5 +1,6 @@
 /* features.c -- from effects to code: which feature bit of the kernels (cl/shared.h) is needed by which effects, and
- * what leaving it out where it isn't needed has been measured to be worth. */
+ * what leaving it out where it isn't needed has been measured to be worth. What is not worth a bit is a branch: media
+ * that glow (a bit saved 1.006 of the time in fog, 5 KiB), the lens, single scattering, kinds of lamps and textures. */
 #include "effects.h"
 
 #include "../cl/shared.h"
@@ -8,7 +9,7 @@
  *
  * Comments: processor time and size of a program that has it too many, over one that doesn't (bench-effects --bits,
  * 16 lanes, AVX-512; times scatter by 0.01), for spots in a room without a medium and in fog. Size goes with compile
- * time. 2688 masks can come out, without guides; only those of scenes that are rendered are ever built. */
+ * time. 1536 masks can come out, without guides; only those of scenes that are rendered are ever built. */
 static const struct { const char *name; uint32_t bit, all, any; } table[] = {
     /* no medium 1.005, +23 KiB */
     {"media", FEATURE_MEDIA, 0, EFFECT(MEDIA)},
@@ -39,8 +40,6 @@ static const struct { const char *name; uint32_t bit, all, any; } table[] = {
     {"chromatic", FEATURE_CHROMATIC, 0, EFFECT(CHROMATIC_EXTINCTION)},
     /* Absorption alone against fog scattered once: 539 and 860 KiB. */
     {"scattering", FEATURE_SCATTERING, 0, EFFECT(SCATTERING)},
-    /* fog 1.006, +5 KiB: does not pay, the branch on is_black(emission) would do */
-    {"emission", FEATURE_EMISSION, 0, EFFECT(EMISSION)},
     /* fog 1.056, +56 KiB */
     {"anisotropy", FEATURE_ANISOTROPY, 0, EFFECT(ANISOTROPY)},
 };

@@ -634,7 +634,7 @@ static void test_features(void **state) {
         {"g", FEATURE_SPECULAR, 0},
         {"2", FEATURE_SPECULAR, 0},
         {"i", FEATURE_NULL | FEATURE_QUADRICS | FOG, 0},
-        {"z", FEATURE_NULL | FEATURE_QUADRICS | FOG | FEATURE_EMISSION, 1},
+        {"z", FEATURE_NULL | FEATURE_QUADRICS | FOG, 1},
         {"zj", FEATURE_NULL | FEATURE_QUADRICS, 0},
         {"f", FOG, 0},
         {"fj", 0, 0},
