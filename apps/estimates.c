@@ -1,7 +1,9 @@
 /* estimates -- is a picture as wrong as it says, and done when it said? Renders scenes to three target errors with many
  * seeds; compares the estimated error with the true one against a reference of a hundredth of the error (at most a
- * tenth, or the row is left out), and the time that was predicted after a short pilot with the time it took. A table in
- * Markdown goes to standard output. */
+ * tenth, or the row is left out), and the work and the time that were predicted with what it took. A table in Markdown
+ * goes to standard output.
+ *
+ * Predictions of work are the same on every run; those of time are of this machine, and of what else it does. */
 #include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
@@ -11,13 +13,13 @@
 #include "brume.h"
 #include "error_metrics.h"
 
-enum { MOST_SEEDS = 64, TARGETS = 3 };
+enum { MOST_SEEDS = 64, TARGETS = 3, MOST = 10 * TARGETS * MOST_SEEDS };
 
 /* Targets: what 16 samples of every pixel reach, divided by these. */
 static const double divisors[TARGETS] = {2, 6, 18};
 
-/* Predictions count once so much time has been spent, and if what they predict is at least three times as far off. */
-#define PILOT_SECONDS 0.1
+/* A prediction counts if at least so many times the work that had been done was still to come in the end. */
+#define AHEAD 3
 
 static const char *const scenes[] = {"open-beam",   "half-hidden", "slats",       "bunny-beam", "thick-fog",
                                      "forward-fog", "three-spots", "hundred-spots", "area-light", "environment-fog"};
@@ -35,14 +37,17 @@ typedef struct program {
 typedef struct outcome {
     float *radiance;
     brume_render_stats stats;
-    double predicted; /* seconds, as known after the pilot; 0: it was over before */
+    brume_progress predictions[64], last; /* each new one, and how it ended */
+    int count;
 } outcome;
 
 static int note_prediction(void *user, const brume_progress *progress)
 {
     outcome *o = user;
-    if (o->predicted == 0 && progress->predicted_seconds > 0 && progress->seconds >= PILOT_SECONDS)
-        o->predicted = progress->predicted_seconds;
+    int is_new = o->count == 0 || progress->predicted_work != o->predictions[o->count - 1].predicted_work;
+    if (progress->predicted_work > 0 && is_new && o->count < 64)
+        o->predictions[o->count++] = *progress;
+    o->last = *progress;
     return 0;
 }
 
@@ -73,7 +78,7 @@ static int ascending(const void *a, const void *b)
 
 static double median(const double *values, int count)
 {
-    double sorted[SCENES * TARGETS * MOST_SEEDS];
+    double sorted[MOST];
     memcpy(sorted, values, (size_t)count * sizeof *values);
     qsort(sorted, (size_t)count, sizeof *sorted, ascending);
     return count ? 0.5 * (sorted[count / 2] + sorted[(count - 1) / 2]) : NAN;
@@ -87,16 +92,46 @@ static double share_within(const double *values, int count, double low, double h
     return count ? 100.0 * inside / count : NAN;
 }
 
+/* Of each picture; of predictions, those that count. */
 typedef struct ratios {
-    double errors[SCENES * TARGETS * MOST_SEEDS], times[SCENES * TARGETS * MOST_SEEDS];
-    int error_count, time_count;
+    double errors[MOST];                                 /* true over estimated */
+    double first[MOST], inside[MOST];                    /* predicted over needed work; 1: within the interval */
+    double later[MOST], times[MOST];                     /* the same when a third of it was done; of time */
+    int error_count, first_count, later_count;
 } ratios;
 
-static void print_row(const char *scene, double target, const ratios *r, int first_error, int first_time,
-                      double samples)
+/* Whether the work that it took is in the interval, which is told as time. */
+static int is_inside(const brume_progress *p, double needed)
 {
-    const double *errors = r->errors + first_error, *times = r->times + first_time;
-    int n = r->error_count - first_error, m = r->time_count - first_time;
+    double ahead = p->predicted_seconds - p->seconds, work = p->predicted_work - p->work;
+    if (!(ahead > 0) || !(work > 0))
+        return 0;
+    return needed >= p->work + work * (p->predicted_low - p->seconds) / ahead &&
+           needed <= p->work + work * (p->predicted_high - p->seconds) / ahead;
+}
+
+static void judge_predictions(const outcome *o, ratios *r)
+{
+    const brume_progress *first = o->predictions, *later = NULL;
+    double needed = o->last.work;
+    if (o->count == 0 || first->work * AHEAD > needed)
+        return;
+    r->first[r->first_count] = first->predicted_work / needed;
+    r->inside[r->first_count++] = is_inside(first, needed);
+    for (int i = 0; i < o->count; i++)
+        if (o->predictions[i].work * AHEAD <= needed)
+            later = &o->predictions[i];
+    r->later[r->later_count] = later->predicted_work / needed;
+    r->times[r->later_count++] = later->predicted_seconds / o->last.seconds;
+}
+
+/* Of what has come since `before`. */
+static void print_row(const char *scene, double target, const ratios *r, const ratios *before, double samples)
+{
+    const double *errors = r->errors + before->error_count, *first = r->first + before->first_count;
+    const double *inside = r->inside + before->first_count, *later = r->later + before->later_count;
+    const double *times = r->times + before->later_count;
+    int n = r->error_count - before->error_count, m = r->first_count - before->first_count;
     printf("| %s | ", scene);
     if (target > 0)
         printf("%.2g | %.0f", target, samples);
@@ -104,9 +139,11 @@ static void print_row(const char *scene, double target, const ratios *r, int fir
         printf(" | ");
     printf(" | %.2f | %.0f %% | ", median(errors, n), share_within(errors, n, 0.5, 2));
     if (m > 0)
-        printf("%.2f | %.0f %% |\n", median(times, m), share_within(times, m, 0.67, 1.5));
+        printf("%d | %.2f | %.0f %% | %.2f | %.0f %% | %.2f | %.0f %% |\n", m, median(first, m),
+               share_within(inside, m, 1, 1), median(later, m), share_within(later, m, 0.67, 1.5), median(times, m),
+               share_within(times, m, 0.67, 1.5));
     else
-        printf("- | - |\n");
+        printf("0 | | | | | | |\n");
     fflush(stdout);
 }
 
@@ -137,9 +174,10 @@ static int measure_scene(const program *p, const char *name, ratios *r)
     desc.time_limit = 0;
     size_t pixels = (size_t)reference.stats.width * reference.stats.height;
     for (int t = 0; t < TARGETS; t++) {
-        int first_error = r->error_count, first_time = r->time_count;
+        static ratios before;
+        before = *r;
         if (reference.stats.relmse < 0 || reference.stats.relmse > 0.1 * pilot.stats.relmse / divisors[t]) {
-            printf("| %s | %.2g | | the reference's own error is %.2g | | | |\n", name,
+            printf("| %s | %.2g | | the reference's own error is %.2g | | | | | | | | |\n", name,
                    pilot.stats.relmse / divisors[t], reference.stats.relmse);
             continue;
         }
@@ -152,12 +190,11 @@ static int measure_scene(const program *p, const char *name, ratios *r)
                 !error_metrics_compute(run.radiance, reference.radiance, pixels, 0, &metrics))
                 return 0;
             r->errors[r->error_count++] = metrics.mse / run.stats.relmse;
-            if (run.predicted > 0 && run.stats.render_seconds > 3 * PILOT_SECONDS)
-                r->times[r->time_count++] = run.predicted / run.stats.render_seconds;
+            judge_predictions(&run, r);
             samples += (double)run.stats.samples / (double)pixels / p->seeds;
             free(run.radiance);
         }
-        print_row(name, target, r, first_error, first_time, samples);
+        print_row(name, target, r, &before, samples);
     }
     free(pilot.radiance);
     free(reference.radiance);
@@ -194,7 +231,7 @@ static int parse(program *p, int argc, char **argv)
 
 int main(int argc, char **argv)
 {
-    static ratios all;
+    static ratios all, none;
     program p = {.reference_seconds = 60};
     if (!parse(&p, argc, argv))
         return 2;
@@ -202,14 +239,15 @@ int main(int argc, char **argv)
         fprintf(stderr, "estimates: error: %s\n", p.context ? brume_context_message(p.context) : "out of memory");
         return 4;
     }
-    puts("| scene | target relMSE | samples | true / estimated, median | in 0.5 to 2 | predicted / real time, median "
-         "| in 0.67 to 1.5 |\n|---|--:|--:|--:|--:|--:|--:|");
+    puts("| scene | target relMSE | samples | true / estimated, median | in 0.5 to 2 | predictions | first / needed, median "
+         "| in its interval | at a third / needed, median | in 0.67 to 1.5 | of time, median | in 0.67 to 1.5 |\n"
+         "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
     int ok = 1;
     for (int i = 0; i < SCENES && ok; i++)
         if (!p.only || strcmp(p.only, scenes[i]) == 0)
             ok = measure_scene(&p, scenes[i], &all);
     if (ok)
-        print_row("all", 0, &all, 0, 0, 0);
+        print_row("all", 0, &all, &none, 0);
     brume_device_destroy(p.device);
     brume_context_destroy(p.context);
     return ok ? 0 : 1;

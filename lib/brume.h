@@ -502,15 +502,17 @@ typedef struct brume_progress {
     double fraction;         /* of the work, 0 to 1 */
     double seconds_left;     /* estimate */
     uint64_t samples;        /* done so far, over all pixels */
+    double work;             /* done so far, as time goes by it: samples per pixel, where lanes that wait for others count */
     double relmse;           /* estimated error of the picture as it is (see brume_render_stats); < 0: not known yet */
     double relmse_low, relmse_high; /* 95 % confidence */
     /* When the goal (noise threshold, time limit, adaptive sample count) will be reached, in seconds of
-     * brume_render_run altogether, with what may come of the estimate's uncertainty; and the relMSE then. < 0: not
-     * known yet */
+     * brume_render_run altogether, with an interval that is to hold nine in ten; and the relMSE then. < 0: not known
+     * yet */
     double predicted_seconds, predicted_low, predicted_high, predicted_relmse;
+    double predicted_work;   /* then */
 } brume_progress;
 
-/* Called from within brume_render_run, a few times a second. Non-zero cancels. */
+/* Called from within brume_render_run, a few times a second and with every new prediction. Non-zero cancels. */
 typedef int (*brume_progress_callback)(void *user, const brume_progress *progress);
 
 /* Renders what is left of the sample range; BRUME_CANCELLED leaves a film with whole samples, to be read, written, or

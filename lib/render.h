@@ -10,9 +10,10 @@
 
 /* When the goal is reached, by what is known so far. */
 typedef struct brume_prediction {
-    int known;
+    int known, fresh;          /* fresh: nobody has been told yet */
     double seconds, low, high; /* of brume_render_run in all; with a time limit, the limit */
     double relmse;             /* of the picture then */
+    double work;               /* then, samples per pixel */
 } brume_prediction;
 
 struct brume_render {
@@ -37,6 +38,8 @@ struct brume_render {
     uint32_t most_groups;     /* in a launch, since larger ones failed for want of resources; 0: any number */
     uint32_t look_at;         /* samples per pixel: the film is to be looked at before it goes on; 0: it is not */
     double work;              /* group-samples done */
+    double stage_work, stage_seconds; /* samples per pixel and seconds of the run when the latest stage began */
+    double rate;              /* samples per pixel and second in the stage before; 0: unknown */
     double create_seconds;    /* that brume_render_create took: they count for the time limit */
     int finished;             /* nothing is left to do: the samples are done, or the goal is reached */
     int needs_pilot;          /* STRATEGY_AUTO has lamps in a medium to make a plan for */

@@ -79,25 +79,37 @@ static double relmse_after(const brume_render *r, double samples) {
     return r->ends || adapted < uniform ? adapted : uniform;
 }
 
+/* Predictions are off by a factor whose logarithm has a standard deviation of this times the logarithm of the growth
+ * predicted (measured by `make estimates`); the interval is to hold nine in ten. */
+#define PREDICTION_SPREAD 0.4
+#define NORMAL_90 1.645
+
+/* When so many samples per pixel will be there, in seconds of the run. */
+static double time_of(const brume_render *r, double seconds, double samples) {
+    return seconds + fmax(0, samples - mean_samples(r)) / r->rate;
+}
+
 static void predict(brume_render *r, double seconds) {
     const brume_render_desc *d = &r->desc;
     brume_prediction *p = &r->prediction;
     double work = mean_samples(r);
-    if (!r->error.known || !(seconds > 0) || !(work > 0)) return;
-    double rate = work / seconds;
-    p->known = 1;
+    if (!r->error.known || !(r->rate > 0) || !(work > 0)) return;
+    p->known = p->fresh = 1;
     if (d->noise_threshold > 0) {
-        /* The estimate may be off by its confidence interval either way: then the target is as far off. */
         double e = d->noise_threshold, samples = samples_for(r, e);
-        p->seconds = fmax(seconds, samples / rate);
-        p->low = fmax(seconds, samples_for(r, e * r->error.relmse / r->error.low) / rate);
-        p->high = fmax(p->seconds, samples_for(r, e * r->error.relmse / r->error.high) / rate);
+        double off = samples > work ? pow(samples / work, NORMAL_90 * PREDICTION_SPREAD) : 1;
+        p->seconds = time_of(r, seconds, samples);
+        p->low = time_of(r, seconds, samples / off);
+        p->high = time_of(r, seconds, samples * off);
         p->relmse = fmin(e, r->error.relmse);
+        p->work = fmax(work, samples);
         if (samples <= d->sample_count && (!(d->time_limit > 0) || p->seconds <= run_limit(r))) return;
     }
-    double samples = d->time_limit > 0 ? fmin(rate * run_limit(r), d->sample_count) : d->sample_count;
-    p->seconds = p->low = p->high = samples / rate;
+    double samples = d->sample_count;
+    if (d->time_limit > 0) samples = fmin(work + r->rate * fmax(0, run_limit(r) - seconds), samples);
+    p->seconds = p->low = p->high = time_of(r, seconds, samples);
     p->relmse = relmse_after(r, samples);
+    p->work = samples;
 }
 
 /* The film's mean and sample count, malloc'ed. */
@@ -232,7 +244,11 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     /* A stage that ended between powers of two, because its error was to be low enough there. */
     if (d->noise_threshold > 0 && !r->ends && !is_power_of_two(r->samples_done)) BRUME_TRY(brume_goal_last_look(r));
     double work = mean_samples(r), budget = most;
-    if (d->time_limit > 0 && seconds > 0 && work > 0) budget = fmin(most, work / seconds * run_limit(r));
+    if (work > r->stage_work && seconds > r->stage_seconds)
+        r->rate = (work - r->stage_work) / (seconds - r->stage_seconds);
+    r->stage_work = work;
+    r->stage_seconds = seconds;
+    if (d->time_limit > 0 && r->rate > 0) budget = fmin(most, work + r->rate * fmax(0, run_limit(r) - seconds));
     predict(r, seconds);
     int reached = d->noise_threshold > 0 && r->error.known && r->error.relmse <= d->noise_threshold;
     if ((reached && r->stage_end >= LEAST_SAMPLES) ||

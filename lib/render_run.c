@@ -31,7 +31,7 @@ static double spent(const brume_render *render, const run *now) {
     return render->stats.render_seconds + brume_seconds() - now->start;
 }
 
-static int report_progress(const brume_render *r, const run *now) {
+static int report_progress(brume_render *r, run *now) {
     brume_progress p;
     memset(&p, 0, sizeof p);
     double total = (double)r->desc.sample_count * r->layout.group_count, seconds = spent(r, now);
@@ -42,13 +42,17 @@ static int report_progress(const brume_render *r, const run *now) {
     p.relmse = r->error.known ? r->error.relmse : -1;
     p.relmse_low = r->error.known ? r->error.low : -1;
     p.relmse_high = r->error.known ? r->error.high : -1;
-    p.predicted_seconds = p.predicted_low = p.predicted_high = p.predicted_relmse = -1;
-    const brume_prediction *soon = &r->prediction;
+    p.work = r->work / r->layout.group_count;
+    p.predicted_seconds = p.predicted_low = p.predicted_high = p.predicted_relmse = p.predicted_work = -1;
+    brume_prediction *soon = &r->prediction;
+    soon->fresh = 0;
+    now->last_report = brume_seconds();
     if (soon->known) {
         p.predicted_seconds = soon->seconds;
         p.predicted_low = soon->low;
         p.predicted_high = soon->high;
         p.predicted_relmse = soon->relmse;
+        p.predicted_work = soon->work;
         p.seconds_left = soon->seconds - seconds;
     } else if (r->desc.time_limit > 0) {
         p.seconds_left = r->desc.time_limit - r->create_seconds - seconds;
@@ -201,10 +205,8 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
             break;
         }
         result = run_step(render, &now);
-        if (callback && result == BRUME_OK && brume_seconds() - now.last_report > 0.1) {
-            now.last_report = brume_seconds();
-            if (report_progress(render, &now)) brume_render_cancel(render);
-        }
+        int due = render->prediction.fresh || brume_seconds() - now.last_report > 0.1;
+        if (callback && result == BRUME_OK && due && report_progress(render, &now)) brume_render_cancel(render);
     }
     render->stats.complete = render->finished;
     if (render->desc.error_estimate && (result == BRUME_OK || result == BRUME_CANCELLED)) {
