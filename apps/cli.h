@@ -15,6 +15,7 @@ enum {
     CLI_EXIT_DEVICE = 4,
     CLI_EXIT_BUILD = 5,
     CLI_EXIT_OUTPUT = 6,
+    CLI_EXIT_CHECKPOINT = 7,
     CLI_EXIT_SIGNAL = 128
 };
 
@@ -81,6 +82,9 @@ struct cli_options {
     int list_devices, help, version;
     float exposure;
     uint32_t layers; /* as in brume_picture_desc */
+    const char *checkpoint; /* file for the state of the render; NULL: none */
+    double checkpoint_interval; /* seconds */
+    int resume;
     brume_render_desc render;
     cli_study_options study;
 };
@@ -112,6 +116,8 @@ void cli_progress_step(cli_progress *progress, const char *step, const char *det
 /* Callbacks for the library; `user` is the cli_progress. */
 void cli_progress_log(void *user, brume_log_level level, const char *message);
 int cli_progress_update(void *user, const brume_progress *update);
+/* A checkpoint has been written, in so many seconds. */
+void cli_progress_checkpoint(cli_progress *progress, const char *path, double seconds);
 /* Ends the line that a bar stands on. */
 void cli_progress_finish(cli_progress *progress);
 
@@ -148,6 +154,28 @@ void cli_interruptible(brume_render *render);
 void cli_hold_signals(int hold);
 /* The signal that came, 0 none. */
 int cli_signal(void);
+
+/* ---- checkpoints (cli_checkpoint.c) ---- */
+
+/* The state of a render on disk, brought up to date while it runs. */
+typedef struct cli_checkpoint {
+    brume_context *context;
+    brume_render *render;
+    cli_progress *progress;
+    const char *path; /* NULL: none is kept, and the calls below do nothing */
+    double interval, last;
+    int failed; /* a write has failed, which has been said */
+} cli_checkpoint;
+
+/* Finds out whether the file can be written, and that none is overwritten without --resume. 0 or an exit code. */
+int cli_checkpoint_check(const cli_options *options);
+/* With --resume, goes on from the file if there is one. 0 or an exit code. */
+int cli_checkpoint_start(cli_checkpoint *checkpoint, brume_context *context, brume_render *render,
+                         const cli_options *options, cli_progress *progress);
+/* A progress callback that also writes the file when it is time; `user` is the cli_checkpoint. */
+int cli_checkpoint_update(void *user, const brume_progress *update);
+/* Writes what the render came to. 0 or an exit code. */
+int cli_checkpoint_finish(cli_checkpoint *checkpoint);
 
 /* ---- statistics (cli_stats.c) ---- */
 

@@ -63,6 +63,13 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                                  "standard output"},
     [OPTION_CLAMP] =
         {RENDER, 0, "clamp", "X", "most radiance that one sample counts: less noise, but too dark (default: none)"},
+    [OPTION_CHECKPOINT] =
+        {RENDER, 0, "checkpoint", "FILE", "keeps the state of the render in FILE, from which --resume goes on"},
+    [OPTION_CHECKPOINT_INTERVAL] =
+        {RENDER, 0, "checkpoint-interval", "S", "seconds between two checkpoints (default: 60); one is written at the\n"
+                                                "end and after Ctrl-C, too"},
+    [OPTION_RESUME] = {RENDER, 0, "resume", NULL, "goes on from the checkpoint if there is one; the picture comes out\n"
+                                                  "the same bits as without the break"},
     [OPTION_FOLDER] =
         {STUDY, 'o', "output", "DIR", "folder of the results (default: the scene's name with -study)"},
     [OPTION_SETTINGS] =
@@ -127,7 +134,8 @@ void cli_print_help(FILE *file, cli_command command)
               file);
     fputs(
           "Exit codes: 0 done, 1 failed while running, 2 wrong usage, 3 wrong scene, 4 no device,\n"
-          "5 kernels not built, 6 output not written, 130 and 143 stopped by SIGINT and SIGTERM.\n", file);
+          "5 kernels not built, 6 output not written, 7 wrong checkpoint, 130 and 143 stopped by SIGINT and\n"
+          "SIGTERM.\n", file);
 }
 
 /* Optimal string alignment distance (insert, delete, replace, swap neighbours), capped: names are short. */
@@ -231,6 +239,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     options->render.quick_start = 1;
     options->layers = BRUME_LAYERS_RECORDED;
     options->study.budget = 150;
+    options->checkpoint_interval = 60;
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);
     options->parameters = calloc(most, sizeof *options->parameters);
@@ -238,7 +247,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         cli_error("out of memory");
         return CLI_EXIT_RUNTIME;
     }
-    int only_names = 0, spp_given = 0, range_given = 0;
+    int only_names = 0, spp_given = 0, range_given = 0, interval_given = 0;
     int first = 1;
     for (int i = CLI_RENDER; i < CLI_COMMAND_COUNT && argc > 1; i++)
         if (strcmp(argv[1], cli_commands[i].name) == 0) {
@@ -282,6 +291,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         }
         spp_given |= id == OPTION_SPP;
         range_given |= id == OPTION_SAMPLE_RANGE;
+        interval_given |= id == OPTION_CHECKPOINT_INTERVAL;
         code = cli_option_set(options, id, value);
         if (code)
             return code;
@@ -297,6 +307,10 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
                         render->adaptive == BRUME_ADAPTIVE_ON)) {
         cli_error("--sample-range is a fixed range of samples; it goes with no --noise-threshold, --time-limit or "
                   "--adaptive");
+        return CLI_EXIT_USAGE;
+    }
+    if ((options->resume || interval_given) && !options->checkpoint) {
+        cli_error("--%s needs --checkpoint FILE", options->resume ? "resume" : "checkpoint-interval");
         return CLI_EXIT_USAGE;
     }
     if (!options->scene || !*options->scene) {

@@ -132,6 +132,19 @@ int cli_progress_update(void *user, const brume_progress *update)
     return 0;
 }
 
+void cli_progress_checkpoint(cli_progress *progress, const char *path, double seconds)
+{
+    if (progress->kind == CLI_PROGRESS_JSON) {
+        fputs("{\"event\":\"checkpoint\",\"path\":", stdout);
+        cli_json_string(stdout, path);
+        printf(",\"seconds\":%.3f}\n", seconds);
+        fflush(stdout);
+    } else if (progress->verbosity > 0) {
+        clear_bar(progress);
+        fprintf(stderr, "Checkpoint %s, written in %.2f s\n", path, seconds);
+    }
+}
+
 void cli_progress_finish(cli_progress *progress)
 {
     clear_bar(progress);

@@ -74,10 +74,13 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     cli_session session;
     brume_render *render = NULL;
     brume_render_stats stats;
+    cli_checkpoint checkpoint;
     cli_run run = {options, &session.info, &stats, 0, 0, 0, 0};
     double begin = cli_now();
 
     int code = check_outputs(options);
+    if (!code)
+        code = cli_checkpoint_check(options);
     if (code)
         return code;
     code = cli_session_open(&session, context, options, progress);
@@ -97,9 +100,13 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
         goto cleanup;
     }
 
+    code = cli_checkpoint_start(&checkpoint, context, render, options, progress);
+    if (code)
+        goto cleanup;
+
     cli_progress_step(progress, "Rendering", NULL);
     cli_interruptible(render);
-    result = brume_render_run(render, cli_progress_update, progress);
+    result = brume_render_run(render, cli_checkpoint_update, &checkpoint);
     cli_progress_finish(progress);
     if (result && result != BRUME_CANCELLED) {
         code = cli_report(context, result);
@@ -107,7 +114,10 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     }
 
     double written = cli_now();
-    code = write_pictures(context, render, options, progress);
+    code = cli_checkpoint_finish(&checkpoint);
+    int pictures_code = write_pictures(context, render, options, progress);
+    if (code == CLI_EXIT_OK)
+        code = pictures_code;
     run.write_seconds = cli_now() - written;
     run.total_seconds = cli_now() - begin;
     result = brume_render_get_stats(render, &stats);

@@ -58,6 +58,7 @@ static int exit_code_of(brume_result result)
     case BRUME_ERROR_NO_DEVICE: return CLI_EXIT_DEVICE;
     case BRUME_ERROR_BUILD: return CLI_EXIT_BUILD;
     case BRUME_ERROR_OUTPUT: return CLI_EXIT_OUTPUT;
+    case BRUME_ERROR_CHECKPOINT: return CLI_EXIT_CHECKPOINT;
     case BRUME_ERROR_MEMORY:
     case BRUME_ERROR_DEVICE: break;
     }

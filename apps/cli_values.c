@@ -274,6 +274,16 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         if (end == value || *end || !isfinite(render->clamp) || render->clamp <= 0)
             return wrong_value(id, value);
         return 0;
+    case OPTION_CHECKPOINT:
+        if (!*value)
+            return wrong_value(id, value);
+        options->checkpoint = value;
+        return 0;
+    case OPTION_CHECKPOINT_INTERVAL:
+        return parse_positive(id, value, &options->checkpoint_interval);
+    case OPTION_RESUME:
+        options->resume = 1;
+        return 0;
     case OPTION_FOLDER:
     case OPTION_SETTINGS:
     case OPTION_REFERENCE:

@@ -56,7 +56,8 @@ typedef enum brume_result {
     BRUME_ERROR_DEVICE = 5,    /* an OpenCL call failed */
     BRUME_ERROR_BUILD = 6,     /* the kernels did not compile; the whole log is in the message */
     BRUME_ERROR_OUTPUT = 7,    /* a file could not be written */
-    BRUME_CANCELLED = 8        /* stopped by brume_render_cancel or the progress callback; the film is valid */
+    BRUME_CANCELLED = 8,       /* stopped by brume_render_cancel or the progress callback; the film is valid */
+    BRUME_ERROR_CHECKPOINT = 9 /* a checkpoint is missing or damaged, or of another render */
 } brume_result;
 
 BRUME_API const char *brume_result_name(brume_result result);
@@ -531,6 +532,22 @@ BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint3
 /* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
  * signal handler. */
 BRUME_API void brume_render_cancel(brume_render *render);
+
+/* Keeps the render's state in a file, from which another render of the same scene and settings goes on, in this process
+ * or another: the film, how far it has come, what is known of its error and where samples are to go. Between two calls of
+ * run or from within the progress callback, as often as wanted. The file appears under its name when all of it is on the
+ * disk, and replaces the one before at once: whenever the process or the machine stops, `path` holds a whole state, the
+ * new one or the one before. It takes 40 to 130 bytes a pixel. */
+BRUME_API brume_result brume_render_save(brume_render *render, const char *path);
+
+/* Goes on from such a file: run then renders what is missing, and the film comes out the same bits as without the break,
+ * on the same device; with a time limit it can't, but the seconds rendered before count. The file has to come from the
+ * same scene, settings and version of the library, which is checked to the last vertex and texel. Different may be: the
+ * sample count, if there is no goal, as in brume_render_set_sample_count; the device, which gets a warning where its name
+ * is another one, since its arithmetic may differ in the last bits; and the lanes, unless the file was written in the
+ * middle of a pass, which the same width has to complete. On failure the render is as before, but for
+ * BRUME_ERROR_DEVICE, after which nothing is left to do but destroy it. */
+BRUME_API brume_result brume_render_load(brume_render *render, const char *path);
 
 typedef struct brume_render_stats {
     uint32_t width, height;         /* of the crop: the size of every channel */

@@ -17,6 +17,7 @@ const char *brume_result_name(brume_result result) {
     case BRUME_ERROR_BUILD: return "kernel build error";
     case BRUME_ERROR_OUTPUT: return "output error";
     case BRUME_CANCELLED: return "cancelled";
+    case BRUME_ERROR_CHECKPOINT: return "checkpoint error";
     }
     return "unknown result";
 }

@@ -44,6 +44,8 @@ int brume_output_append(brume_output *output, const void *bytes, size_t size) {
 }
 
 brume_result brume_output_close(brume_context *context, brume_output *output, int keep) {
+    if (keep && output->durable && !output->error)
+        output->error = brume_file_sync(output->descriptor);
     int error = brume_file_close(output->descriptor);
     if (!output->error)
         output->error = error;
@@ -51,6 +53,8 @@ brume_result brume_output_close(brume_context *context, brume_output *output, in
         output->error = brume_file_rename(output->temporary, output->path);
     if (!keep || output->error)
         remove(output->temporary);
+    else if (output->durable)
+        output->error = brume_file_sync_name(output->path);
     free(output->temporary);
     output->temporary = NULL;
     output->descriptor = -1;

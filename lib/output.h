@@ -10,6 +10,7 @@ typedef struct brume_output {
     int descriptor;
     int error;        /* errno of the first failed write; later writes do nothing */
     uint64_t end;     /* where brume_output_append goes on */
+    int durable;      /* set after open: close returns when the file and its name have reached the disk */
 } brume_output;
 
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out);

@@ -88,8 +88,7 @@ static brume_exr_attribute float_attribute(const char *name, double value) {
     return a;
 }
 
-/* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth. */
-static void world_to_ndc(const brume_render *render, float out[16]) {
+void brume_render_world_to_ndc(const brume_render *render, float out[16]) {
     const float *m = render->world_to_camera;
     const b_params *p = &render->params;
     for (int c = 0; c < 4; c++) {
@@ -127,7 +126,7 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         brume_exr_attribute camera = {.name = "worldToCamera", .type = BRUME_EXR_MATRIX};
         brume_exr_attribute ndc = {.name = "worldToNDC", .type = BRUME_EXR_MATRIX};
         memcpy(camera.matrix, render->world_to_camera, sizeof camera.matrix);
-        world_to_ndc(render, ndc.matrix);
+        brume_render_world_to_ndc(render, ndc.matrix);
         brume_render_stats now;
         brume_render_get_stats(render, &now);
         attributes[n++] = text_attribute("software", "brume " BRUME_VERSION);

@@ -71,6 +71,10 @@ char *brume_path_user_cache(void);
 int brume_file_create(const char *path);
 /* All bytes at an offset. 0, or errno. */
 int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset);
+/* Waits until the disk has what was written; and, where the system asks for that, the entry of `path` in its folder.
+ * 0, or errno. */
+int brume_file_sync(int descriptor);
+int brume_file_sync_name(const char *path);
 /* 0, or errno: some file systems report a full disk only here. */
 int brume_file_close(int descriptor);
 /* Renames, over what has that name now. 0, or errno. */

@@ -145,6 +145,21 @@ int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t
     return 0;
 }
 
+int brume_file_sync(int descriptor) { return fsync(descriptor) != 0 ? errno : 0; }
+
+/* Some file systems have no way to wait for that. */
+int brume_file_sync_name(const char *path) {
+    size_t length = brume_path_folder(path);
+    char *folder = join(length ? path : ".", "");
+    if (!folder) return ENOMEM;
+    folder[length ? length : 1] = 0;
+    int error = 0, descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+    if (descriptor < 0 || (fsync(descriptor) != 0 && errno != EINVAL)) error = errno;
+    if (descriptor >= 0) close(descriptor);
+    free(folder);
+    return error;
+}
+
 int brume_file_close(int descriptor) { return close(descriptor) != 0 && errno != EINTR ? errno : 0; }
 
 int brume_file_rename(const char *from, const char *to) { return rename(from, to) != 0 ? errno : 0; }

@@ -161,10 +161,18 @@ int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t
     return 0;
 }
 
+int brume_file_sync(int descriptor) { return _commit(descriptor) != 0 ? errno : 0; }
+
+/* MoveFileEx has seen to it. */
+int brume_file_sync_name(const char *path) {
+    (void)path;
+    return 0;
+}
+
 int brume_file_close(int descriptor) { return _close(descriptor) != 0 ? errno : 0; }
 
 int brume_file_rename(const char *from, const char *to) {
-    return MoveFileExA(from, to, MOVEFILE_REPLACE_EXISTING) ? 0 : error_number();
+    return MoveFileExA(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) ? 0 : error_number();
 }
 
 long brume_process_number(void) { return (long)GetCurrentProcessId(); }

@@ -23,6 +23,8 @@ enum {
     AUTO_POSITIONS = 16
 };
 
+#define REPORT_SECONDS 0.1
+
 brume_render_desc brume_render_desc_default(void) {
     brume_render_desc desc;
     memset(&desc, 0, sizeof desc);
@@ -200,6 +202,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                               : desc.strategy == BRUME_STRATEGY_AUTO       ? AUTO_POSITIONS
                                                                            : RASTER_POSITIONS;
     arrays.params.clamp = desc.clamp > 0 ? desc.clamp : INFINITY;
+    render->report_seconds = REPORT_SECONDS;
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;

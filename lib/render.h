@@ -6,6 +6,7 @@
 #include "device.h"
 #include "film.h"
 #include "render_program.h"
+#include "sha256.h"
 #include "sample_allocation.h"
 
 /* When the goal is reached, by what is known so far. */
@@ -45,6 +46,9 @@ struct brume_render {
     int needs_pilot;          /* STRATEGY_AUTO has lamps in a medium to make a plan for */
     uint32_t pilot_done;      /* groups */
     double groups_per_second; /* times samples; 0 unknown */
+    double running_since;     /* when the run began that is under way, 0: there is none */
+    uint32_t launch_groups;   /* for tests: of every launch; 0: by time */
+    double report_seconds;    /* between two reports, at least */
     int cancelled;            /* written from any thread, atomically */
 
     /* Adaptive sampling: per pixel, samples done and to be done; NULL while all pixels are alike. */
@@ -59,6 +63,10 @@ struct brume_render {
 
     brume_render_stats stats;
     float world_to_camera[16];
+
+    /* Of the scene's arrays and the kernels' source, once somebody has asked. */
+    int has_hashes;
+    uint8_t scene_hash[SHA256_SIZE], kernel_hash[SHA256_SIZE];
 };
 
 /* ---- render_buffers.c ---- */
@@ -100,6 +108,14 @@ int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int c
 /* After a launch from groups_done on failed, of which `doubtful` groups may have run or not: does those that have not,
  * and counts all of them as done. Groups stay in doubt while that fails, or where smaller launches are to be tried. */
 brume_result brume_render_settle(brume_render *render);
+
+/* Tells the kernel which tiles take part in the adaptive pass from samples_done on, and where each of their pixels ends;
+ * sets pass_groups. (render_run.c) */
+brume_result brume_render_write_schedule(brume_render *render);
+
+/* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth.
+ * (picture.c) */
+void brume_render_world_to_ndc(const brume_render *render, float out[16]);
 
 /* ---- render_goal.c: what comes next ---- */
 

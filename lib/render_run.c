@@ -74,6 +74,7 @@ static size_t least_groups(const brume_render *render) {
 /* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
  * as long there, would be measured as slower, and the next one would be smaller still. */
 static uint32_t launch_size(const brume_render *render, uint32_t samples, uint32_t left) {
+    if (render->launch_groups) return render->launch_groups < left ? render->launch_groups : left;
     double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
     if (wanted < (double)least_groups(render)) wanted = (double)least_groups(render);
     if (render->most_groups && wanted > render->most_groups) wanted = render->most_groups;
@@ -95,8 +96,7 @@ static brume_result run_pilot(brume_render *render) {
     return BRUME_OK;
 }
 
-/* Tells the kernel which tiles take part in the pass from samples_done on, and where each of their pixels ends. */
-static brume_result write_schedule(brume_render *r) {
+brume_result brume_render_write_schedule(brume_render *r) {
     size_t size;
     cl_int *schedule = brume_render_make_schedule(r, &size);
     if (!schedule) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
@@ -119,7 +119,7 @@ static brume_result begin_pass(brume_render *r) {
     r->pass_samples = size < left ? size : left;
     r->pass_groups = r->layout.group_count;
     r->groups_done = 0;
-    brume_result result = r->ends ? write_schedule(r) : BRUME_OK;
+    brume_result result = r->ends ? brume_render_write_schedule(r) : BRUME_OK;
     if (result != BRUME_OK) r->pass_samples = 0; /* not begun */
     return result;
 }
@@ -199,13 +199,14 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     if (!render) return BRUME_ERROR_ARGUMENT;
     run now = {brume_seconds(), render->work, brume_seconds(), callback, user};
     brume_result result = BRUME_OK;
+    render->running_since = now.start;
     while (!render->finished && result == BRUME_OK) {
         if (__atomic_exchange_n(&render->cancelled, 0, __ATOMIC_RELAXED)) {
             result = BRUME_CANCELLED;
             break;
         }
         result = run_step(render, &now);
-        int due = render->prediction.fresh || brume_seconds() - now.last_report > 0.1;
+        int due = render->prediction.fresh || brume_seconds() - now.last_report > render->report_seconds;
         if (callback && result == BRUME_OK && due && report_progress(render, &now)) brume_render_cancel(render);
     }
     render->stats.complete = render->finished;
@@ -215,6 +216,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     }
     if (callback && (result == BRUME_OK || result == BRUME_CANCELLED)) report_progress(render, &now);
     render->stats.render_seconds += brume_seconds() - now.start;
+    render->running_since = 0;
     if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
     BRUME_TRY(brume_render_count_bad(render));
     if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");

@@ -40,17 +40,45 @@ static void absorb(uint32_t h[8], const uint8_t block[64]) {
     for (int i = 0; i < 8; i++) h[i] += v[i];
 }
 
-void brume_sha256(const void *data, size_t size, uint8_t out[SHA256_SIZE]) {
-    uint32_t h[8] = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a, 0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+void brume_sha256_start(brume_sha256_state *s) {
+    static const uint32_t first[8] = {0x6a09e667, 0xbb67ae85, 0x3c6ef372, 0xa54ff53a,
+                                      0x510e527f, 0x9b05688c, 0x1f83d9ab, 0x5be0cd19};
+    memset(s, 0, sizeof *s);
+    memcpy(s->h, first, sizeof first);
+}
+
+void brume_sha256_add(brume_sha256_state *s, const void *data, size_t size) {
     const uint8_t *at = data;
-    size_t left = size;
-    for (; left >= 64; left -= 64, at += 64) absorb(h, at);
+    size_t held = s->size % 64;
+    s->size += size;
+    if (held && size >= 64 - held) {
+        memcpy(s->block + held, at, 64 - held);
+        absorb(s->h, s->block);
+        at += 64 - held;
+        size -= 64 - held;
+        held = 0;
+    }
+    if (!held)
+        for (; size >= 64; size -= 64, at += 64) absorb(s->h, at);
+    if (size) memcpy(s->block + held, at, size);
+}
+
+void brume_sha256_end(const brume_sha256_state *s, uint8_t out[SHA256_SIZE]) {
+    uint32_t h[8];
     uint8_t tail[128] = {0}; /* what is left, a one bit, zeros, the length in bits */
-    if (left) memcpy(tail, at, left);
+    size_t left = s->size % 64, tail_size = left < 56 ? 64 : 128;
+    memcpy(h, s->h, sizeof h);
+    memcpy(tail, s->block, left);
     tail[left] = 0x80;
-    size_t tail_size = left < 56 ? 64 : 128;
-    uint64_t bits = (uint64_t)size * 8;
+    uint64_t bits = s->size * 8;
     for (int i = 0; i < 8; i++) tail[tail_size - 1 - (size_t)i] = (uint8_t)(bits >> (8 * i));
     for (size_t i = 0; i < tail_size; i += 64) absorb(h, tail + i);
     for (int i = 0; i < SHA256_SIZE; i++) out[i] = (uint8_t)(h[i / 4] >> (24 - 8 * (i % 4)));
+}
+
+void brume_sha256(const void *data, size_t size, uint8_t out[SHA256_SIZE]) {
+    brume_sha256_state state;
+    brume_sha256_start(&state);
+    brume_sha256_add(&state, data, size);
+    brume_sha256_end(&state, out);
 }

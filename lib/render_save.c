@@ -1,0 +1,375 @@
+/* render_save.c -- a render's state to a file and back (checkpoint.h). */
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+
+#include "checkpoint.h"
+#include "platform.h"
+#include "render.h"
+
+/* ---- what identifies it ---- */
+
+/* Of the scene as the device has it: what is not in there makes no difference. */
+static brume_result hash_scene(brume_render *r) {
+    enum { PIECE = 1 << 20 };
+    brume_sha256_state sum;
+    uint8_t *piece = malloc(PIECE);
+    cl_int code = CL_SUCCESS;
+    if (!piece) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "hashing the scene: out of memory");
+    brume_sha256_start(&sum);
+    for (int i = 0; i < BRUME_SCENE_BUFFERS && code == CL_SUCCESS; i++) {
+        size_t size = 0;
+        code = clGetMemObjectInfo(r->buffers[i], CL_MEM_SIZE, sizeof size, &size, NULL);
+        uint64_t length = size;
+        brume_sha256_add(&sum, &length, sizeof length);
+        for (size_t at = 0; at < size && code == CL_SUCCESS; at += PIECE) {
+            size_t count = size - at < PIECE ? size - at : PIECE;
+            code = clEnqueueReadBuffer(r->device->queue, r->buffers[i], CL_TRUE, at, count, piece, 0, NULL, NULL);
+            brume_sha256_add(&sum, piece, count);
+        }
+    }
+    free(piece);
+    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "hashing the scene");
+    brume_sha256_end(&sum, r->scene_hash);
+    return BRUME_OK;
+}
+
+static brume_result find_hashes(brume_render *r) {
+    if (r->has_hashes) return BRUME_OK;
+    char *text;
+    BRUME_TRY(hash_scene(r));
+    BRUME_TRY(brume_program_expand(r->device->context, "path.cl", &text));
+    brume_sha256(text, strlen(text), r->kernel_hash);
+    free(text);
+    r->has_hashes = 1;
+    return BRUME_OK;
+}
+
+static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
+    const brume_render_stats *s = &r->stats;
+    BRUME_TRY(find_hashes(r));
+    memset(out, 0, sizeof *out);
+    cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof out->bad, out->bad, 0, NULL, NULL);
+    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "reading the count of bad samples");
+    memcpy(out->scene, r->scene_hash, sizeof out->scene);
+    memcpy(out->kernels, r->kernel_hash, sizeof out->kernels);
+    out->width = s->width;
+    out->height = s->height;
+    out->full_width = s->full_width;
+    out->full_height = s->full_height;
+    out->crop_x = s->crop_x;
+    out->crop_y = s->crop_y;
+    out->precision = r->desc.precision;
+    out->guides = r->desc.guides != 0;
+    out->sampler = (uint32_t)r->params.sampler;
+    out->seed = s->seed;
+    out->strategy = s->strategy;
+    out->positions = s->positions;
+    out->indirect = s->indirect;
+    out->without = s->without;
+    out->first_sample = r->desc.first_sample;
+    out->sample_count = r->desc.sample_count;
+    out->adaptive = r->desc.adaptive;
+    out->has_time_limit = r->desc.time_limit > 0;
+    out->error_estimate = r->desc.error_estimate != 0;
+    out->clamp = r->params.clamp;
+    out->noise_threshold = r->desc.noise_threshold;
+    out->filter_weight = r->params.filter_weight;
+    out->half = r->film.half;
+    out->alpha = r->film.alpha;
+    memcpy(out->world_to_camera, r->world_to_camera, sizeof out->world_to_camera);
+    brume_render_world_to_ndc(r, out->world_to_ndc);
+    out->stats_effects = s->effects;
+    snprintf(out->device, sizeof out->device, "%s", r->device->info.name);
+
+    out->lanes = s->lanes;
+    out->group_count = r->layout.group_count;
+    out->stage_end = r->stage_end;
+    out->samples_done = r->samples_done;
+    out->pass_samples = r->pass_samples;
+    out->groups_done = r->groups_done;
+    out->finished = r->finished != 0;
+    out->looked = r->looked != 0;
+    out->has_counts = r->ends != NULL;
+    out->has_allocation = r->allocation != NULL;
+    out->has_plan = r->needs_pilot != 0;
+    out->pilot_done = r->pilot_done;
+    out->doubtful = r->doubtful;
+    out->look_at = r->look_at;
+    out->work = r->work;
+    out->stage_work = r->stage_work;
+    out->stage_seconds = r->stage_seconds;
+    out->rate = r->rate;
+    out->render_seconds = s->render_seconds + (r->running_since > 0 ? brume_seconds() - r->running_since : 0);
+    out->pilot_seconds = s->pilot_seconds;
+    out->error_known = r->error.known != 0;
+    if (r->error.known) {
+        out->relmse = r->error.relmse;
+        out->relmse_low = r->error.low;
+        out->relmse_high = r->error.high;
+        out->order = r->error.order;
+    }
+    return BRUME_OK;
+}
+
+/* ---- the film, in the order of rows ---- */
+
+/* What the device holds in slots. */
+typedef struct planes {
+    cl_mem buffer;
+    uint32_t count;
+    size_t size; /* bytes of a value */
+} planes;
+
+static planes film_of(const brume_render *r) {
+    return (planes){r->planes, r->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES, sizeof(float)};
+}
+
+static planes plan_of(const brume_render *r) { return (planes){r->plan, r->needs_pilot ? EVERY_LAMP : 0, 1}; }
+
+/* Plane by plane from the device into the file, in the order of rows. */
+static brume_result append_planes(const brume_render *r, planes p, brume_checkpoint_writer *writer) {
+    const brume_film_layout *l = &r->layout;
+    size_t pixels = (size_t)l->width * l->height, size = brume_film_slot_count(l) * p.size;
+    uint8_t *slots = malloc(size), *rows = malloc(pixels * p.size);
+    cl_int code = CL_SUCCESS;
+    int has_memory = slots && rows;
+    for (uint32_t plane = 0; plane < p.count && code == CL_SUCCESS && has_memory; plane++) {
+        uint8_t *to = rows;
+        code = clEnqueueReadBuffer(r->device->queue, p.buffer, CL_TRUE, plane * size, size, slots, 0, NULL, NULL);
+        for (uint32_t y = 0; y < l->height; y++)
+            for (uint32_t x = 0; x < l->width; x++, to += p.size)
+                memcpy(to, slots + brume_film_slot_of(l, x, y) * p.size, p.size);
+        brume_checkpoint_append(writer, rows, pixels * p.size);
+    }
+    free(slots);
+    free(rows);
+    if (!has_memory) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
+    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "reading the film");
+}
+
+/* And back. */
+static brume_result upload_planes(const brume_render *r, planes p, const uint8_t *rows) {
+    const brume_film_layout *l = &r->layout;
+    size_t size = brume_film_slot_count(l) * p.size;
+    uint8_t *slots = calloc(1, size);
+    cl_int code = CL_SUCCESS;
+    if (!slots) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "writing the film: out of memory");
+    for (uint32_t plane = 0; plane < p.count && code == CL_SUCCESS; plane++) {
+        for (uint32_t y = 0; y < l->height; y++)
+            for (uint32_t x = 0; x < l->width; x++, rows += p.size)
+                memcpy(slots + brume_film_slot_of(l, x, y) * p.size, rows, p.size);
+        code = clEnqueueWriteBuffer(r->device->queue, p.buffer, CL_TRUE, plane * size, size, slots, 0, NULL, NULL);
+    }
+    free(slots);
+    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "writing the film");
+}
+
+/* ---- saving ---- */
+
+static brume_result append_rest(const brume_render *r, brume_checkpoint_writer *writer) {
+    size_t pixels = (size_t)r->layout.width * r->layout.height;
+    const brume_error_estimate *e = &r->estimate;
+    if (r->desc.error_estimate) {
+        brume_checkpoint_append(writer, e->mean, 3 * pixels * sizeof *e->mean);
+        brume_checkpoint_append(writer, e->last, 3 * pixels * sizeof *e->last);
+        brume_checkpoint_append(writer, e->before, 3 * pixels * sizeof *e->before);
+        brume_checkpoint_append(writer, e->level, pixels * sizeof *e->level);
+    }
+    if (r->ends) {
+        brume_checkpoint_append(writer, r->done, pixels * sizeof *r->done);
+        brume_checkpoint_append(writer, r->ends, pixels * sizeof *r->ends);
+    }
+    if (!r->allocation) return BRUME_OK;
+    size_t size = brume_allocation_bytes(r->allocation);
+    uint8_t *bytes = malloc(size);
+    if (!bytes) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "saving a render: out of memory");
+    brume_allocation_pack(r->allocation, bytes);
+    brume_checkpoint_append(writer, bytes, size);
+    free(bytes);
+    return BRUME_OK;
+}
+
+brume_result brume_render_save(brume_render *render, const char *path) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    brume_context *context = render->device->context;
+    if (!path) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_save: NULL path");
+    brume_checkpoint_head head;
+    brume_checkpoint_writer writer;
+    BRUME_TRY(fill_head(render, &head));
+    BRUME_TRY(brume_checkpoint_begin(context, path, &writer));
+    brume_checkpoint_append(&writer, &head, sizeof head);
+    brume_result result = append_planes(render, film_of(render), &writer);
+    if (result == BRUME_OK) result = append_planes(render, plan_of(render), &writer);
+    if (result == BRUME_OK) result = append_rest(render, &writer);
+    brume_result ended = brume_checkpoint_end(context, &writer, result == BRUME_OK);
+    return result == BRUME_OK ? ended : result;
+}
+
+/* ---- loading ---- */
+
+/* What a file holds behind the planes, in memory of its own. */
+typedef struct state {
+    brume_error_estimate estimate;
+    uint32_t *done, *ends;
+    brume_allocation *allocation;
+} state;
+
+static void free_state(state *s) {
+    brume_error_estimate_free(&s->estimate);
+    brume_allocation_free(s->allocation);
+    free(s->done);
+    free(s->ends);
+    memset(s, 0, sizeof *s);
+}
+
+/* Moves on behind `size` bytes. 0 if they aren't there. */
+static int take(const uint8_t **at, size_t *left, void *out, size_t size) {
+    if (*left < size) return 0;
+    memcpy(out, *at, size);
+    *at += size;
+    *left -= size;
+    return 1;
+}
+
+static int fill_state(const brume_checkpoint *c, state *s) {
+    size_t pixels = (size_t)c->head.width * c->head.height, left = c->rest_size;
+    const uint8_t *at = c->rest;
+    brume_error_estimate *e = &s->estimate;
+    if (c->head.has_plan) {
+        if (left < EVERY_LAMP * pixels) return 0;
+        at += EVERY_LAMP * pixels;
+        left -= EVERY_LAMP * pixels;
+    }
+    if (c->head.error_estimate &&
+        !(take(&at, &left, e->mean, 3 * pixels * sizeof *e->mean) &&
+          take(&at, &left, e->last, 3 * pixels * sizeof *e->last) &&
+          take(&at, &left, e->before, 3 * pixels * sizeof *e->before) &&
+          take(&at, &left, e->level, pixels * sizeof *e->level)))
+        return 0;
+    for (size_t i = 0; c->head.error_estimate && i < pixels; i++)
+        if (e->level[i] >= BRUME_ERROR_LEVELS) return 0;
+    if (c->head.has_counts && !(take(&at, &left, s->done, pixels * sizeof *s->done) &&
+                                take(&at, &left, s->ends, pixels * sizeof *s->ends)))
+        return 0;
+    if (c->head.has_allocation) {
+        s->allocation = brume_allocation_unpack(at, left, c->head.width, c->head.height);
+        return s->allocation != NULL;
+    }
+    return left == 0;
+}
+
+static brume_result make_state(brume_render *r, const char *path, const brume_checkpoint *c, state *s) {
+    brume_context *context = r->device->context;
+    size_t pixels = (size_t)c->head.width * c->head.height;
+    memset(s, 0, sizeof *s);
+    if (c->head.error_estimate)
+        BRUME_TRY(brume_error_estimate_create(context, c->head.width, c->head.height, r->estimate.independent,
+                                              &s->estimate));
+    if (c->head.has_counts) {
+        s->done = malloc(pixels * sizeof *s->done);
+        s->ends = malloc(pixels * sizeof *s->ends);
+        if (!s->done || !s->ends) {
+            free_state(s);
+            return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
+        }
+    }
+    if (fill_state(c, s)) return BRUME_OK;
+    free_state(s);
+    return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is damaged: its parts don't fit each other", path);
+}
+
+/* Whether this render can go on from there, which may have been told to take another number of samples. */
+static brume_result check_progress(brume_render *r, const char *path, const brume_checkpoint_head *h) {
+    brume_context *context = r->device->context;
+    uint32_t begun = h->samples_done + h->pass_samples;
+    if (brume_goal_exists(r) && h->sample_count != r->desc.sample_count)
+        return brume_fail(context, BRUME_ERROR_CHECKPOINT,
+                          "%s: doesn't fit this render: its sample count is %u, and not %u, and samples were placed by "
+                          "it", path, h->sample_count, r->desc.sample_count);
+    if (!brume_goal_exists(r) && r->desc.sample_count < begun)
+        return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: has %u samples already, and %u are asked for", path,
+                          begun, r->desc.sample_count);
+    if (h->pass_samples && (h->lanes != r->stats.lanes || h->group_count != r->layout.group_count))
+        return brume_fail(context, BRUME_ERROR_CHECKPOINT,
+                          "%s: was written in the middle of a pass %u lanes wide, and this render is %u lanes wide",
+                          path, h->lanes, r->stats.lanes);
+    if (h->groups_done > h->group_count || h->doubtful > h->group_count - h->groups_done || h->full_width == 0 ||
+        h->pilot_done > h->group_count || h->has_plan != (uint32_t)r->needs_pilot ||
+        h->group_count == 0 || (h->has_counts && !brume_goal_exists(r)))
+        return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is damaged: its parts don't fit each other", path);
+    return BRUME_OK;
+}
+
+static brume_result upload_film(brume_render *r, const brume_checkpoint *c) {
+    cl_int code = clEnqueueWriteBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof c->head.bad, c->head.bad, 0, NULL,
+                                       NULL);
+    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "writing the film");
+    BRUME_TRY(upload_planes(r, plan_of(r), c->rest));
+    return upload_planes(r, film_of(r), (const uint8_t *)c->planes);
+}
+
+/* The state becomes the render's. A pilot that was in the middle begins anew if its groups are other ones. */
+static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s) {
+    brume_error_estimate_free(&r->estimate);
+    brume_allocation_free(r->allocation);
+    free(r->done);
+    free(r->ends);
+    r->estimate = s->estimate;
+    r->allocation = s->allocation;
+    r->done = s->done;
+    r->ends = s->ends;
+    r->stage_end = h->stage_end;
+    r->samples_done = h->samples_done;
+    r->pass_samples = h->pass_samples;
+    r->groups_done = h->groups_done;
+    r->doubtful = h->doubtful;
+    r->look_at = h->look_at;
+    r->pass_groups = r->layout.group_count;
+    r->pilot_done = h->group_count == r->layout.group_count || h->pilot_done == 0 ? h->pilot_done
+                    : h->pilot_done == h->group_count                             ? r->layout.group_count
+                                                                                  : 0;
+    r->work = h->work * r->layout.group_count / h->group_count;
+    r->stage_work = h->stage_work;
+    r->stage_seconds = h->stage_seconds;
+    r->rate = h->rate;
+    r->finished = (int)h->finished;
+    r->looked = (int)h->looked;
+    r->error = (brume_error_result){(int)h->error_known, h->relmse, h->relmse_low, h->relmse_high, h->order};
+    memset(&r->prediction, 0, sizeof r->prediction);
+    r->stats.adaptive = h->has_counts;
+    r->stats.complete = h->finished;
+    r->stats.render_seconds = h->render_seconds;
+    r->stats.pilot_seconds = h->pilot_seconds;
+    r->stats.bad_samples = h->bad[BAD_COUNT];
+    r->stats.bad_pixel_x = h->bad[BAD_PIXEL] % h->full_width;
+    r->stats.bad_pixel_y = h->bad[BAD_PIXEL] / h->full_width;
+    r->stats.bad_sample = h->bad[BAD_SAMPLE];
+}
+
+brume_result brume_render_load(brume_render *render, const char *path) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    brume_context *context = render->device->context;
+    if (!path) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_load: NULL path");
+    brume_checkpoint_head here;
+    brume_checkpoint c;
+    state s = {{0}, NULL, NULL, NULL};
+    BRUME_TRY(fill_head(render, &here));
+    BRUME_TRY(brume_checkpoint_read(context, path, &c));
+    brume_result result = brume_checkpoint_same_render(context, path, &c.head, &here, "this render");
+    if (result == BRUME_OK) result = check_progress(render, path, &c.head);
+    if (result == BRUME_OK) result = make_state(render, path, &c, &s);
+    if (result == BRUME_OK && (result = upload_film(render, &c)) == BRUME_OK) {
+        uint32_t wanted = render->desc.sample_count;
+        take_over(render, &c.head, &s);
+        memset(&s, 0, sizeof s);
+        if (strcmp(c.head.device, here.device) != 0)
+            brume_warn(context, "%s was rendered on %s; what follows may differ in the last bits", path, c.head.device);
+        if (render->ends && render->pass_samples) result = brume_render_write_schedule(render);
+        if (result == BRUME_OK && wanted != c.head.sample_count)
+            result = brume_render_set_sample_count(render, wanted);
+    }
+    free_state(&s);
+    brume_checkpoint_free(&c);
+    return result;
+}
