@@ -217,7 +217,7 @@ FN void rays_store(rays *r, vec o, vec d, real tmin, real tmax, mask live) {
     r->tmax.all = tmax;
     /* A NaN enters every box, the empty ones with it, and the walk would never end: such a ray meets nothing. */
     real size = fabs(o.x) + fabs(o.y) + fabs(o.z) + fabs(d.x) + fabs(d.y) + fabs(d.z);
-    r->live.all = live & (tmax > tmin) & (size < REAL_INF);
+    r->live.all = live & (tmax > tmin) & (size < R(INFINITY));
 }
 
 FN ray rays_take(const rays *r, int k) {
