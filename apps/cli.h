@@ -80,6 +80,9 @@ struct cli_options {
     cli_progress_kind progress;
     int verbosity; /* -1 quiet, 0, 1 verbose */
     int list_devices, help, version;
+    int debugs;               /* --debug-sample: */
+    uint32_t debug_sample[3]; /* x, y, sample */
+    char *replay;             /* owned: the command line so far as samples depend on it, for a shell */
     float exposure;
     uint32_t layers; /* as in brume_picture_desc */
     const char *checkpoint; /* file for the state of the render; NULL: none */
@@ -94,6 +97,12 @@ struct cli_options {
 int cli_options_parse(cli_options *options, int argc, char **argv);
 void cli_options_free(cli_options *options);
 void cli_print_help(FILE *file, cli_command command);
+
+/* ---- one sample, explained (cli_debug.c) ---- */
+
+/* Adds --name=value, or the word value if there is no name, to options->replay. 0, or the exit code. */
+int cli_replay_add(cli_options *options, const char *name, const char *value);
+int cli_debug_sample(brume_context *context, const cli_options *options, cli_progress *progress);
 
 /* ---- lines for people and for programs (cli_progress.c) ---- */
 

@@ -11,7 +11,8 @@ enum {
     EFFECTS = 1 << CLI_EFFECTS,
     STUDY = 1 << CLI_STUDY,
     EVERY = (1 << CLI_COMMAND_COUNT) - 1,
-    ONE_RENDER = EVERY & ~STUDY /* what a study varies itself */
+    ONE_RENDER = EVERY & ~STUDY, /* what a study varies itself */
+    SAMPLE = 1 << 16 /* what a sample comes out as may depend on it: a part of the command that replays one */
 };
 
 const cli_option cli_option_table[OPTION_COUNT] = {
@@ -30,31 +31,35 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_ADAPTIVE] =
         {RENDER, 0, "adaptive", "auto|on|off", "samples where the error is (default: auto, with one of the last two);\n"
                                                "on: with --spp, too, which then is the mean over the pixels"},
-    [OPTION_SEED] = {EVERY, 0, "seed", "S", "seed of the random numbers (default: the scene's)"},
+    [OPTION_SEED] = {EVERY | SAMPLE, 0, "seed", "S", "seed of the random numbers (default: the scene's)"},
     [OPTION_STRATEGY] =
-        {ONE_RENDER, 0, "strategy", "NAME[:N]", "estimator of light scattered once: spherical, distance,\n"
-                                           "equiangular, equiangular-cone, mis, product, systematic,\n"
-                                           "raster; N: positions on a segment, for the last two\n"
-                                           "(default: the scene's, else auto)"},
+        {ONE_RENDER | SAMPLE, 0, "strategy", "NAME[:N]",
+         "estimator of light scattered once: spherical, distance,\n"
+         "equiangular, equiangular-cone, mis, product, systematic,\n"
+         "raster; N: positions on a segment, for the last two\n"
+         "(default: the scene's, else auto)"},
     [OPTION_INDIRECT] =
-        {ONE_RENDER, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
-                                       "ray-lights (default: the scene's, else auto)"},
+        {ONE_RENDER | SAMPLE, 0, "indirect", "NAME", "estimator of light scattered more than once: phase, mixture,\n"
+                                                     "ray-lights (default: the scene's, else auto)"},
     [OPTION_WITHOUT] =
-        {EVERY, 0, "without", "EFFECT,...", "effects to take away from the scene: media, absorption, emission,\n"
-                                            "scattering, multiple-scattering, anisotropy, textures, lens,\n"
-                                            "chromatic-extinction, {point,spot,directional,area}-lights,\n"
-                                            "environment; render-cli effects says what each is worth"},
+        {EVERY | SAMPLE, 0, "without", "EFFECT,...",
+         "effects to take away from the scene: media, absorption, emission,\n"
+         "scattering, multiple-scattering, anisotropy, textures, lens,\n"
+         "chromatic-extinction, {point,spot,directional,area}-lights,\n"
+         "environment; render-cli effects says what each is worth"},
     [OPTION_CROP] =
         {ONE_RENDER, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
-    [OPTION_DEFINE] = {EVERY, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
+    [OPTION_DEFINE] = {EVERY | SAMPLE, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_LAYERS] =
         {RENDER, 0, "layers", "all|none|A,B,...", "layers of EXRs: albedo, N, Z, variance, sampleCount,\n"
                                             "badSamples (default: these, the last if there are any)"},
     [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
     [OPTION_DEVICE] =
-        {EVERY, 0, "device", "I|NAME", "device by index or part of its name (default: a GPU, else the CPU)"},
+        {EVERY | SAMPLE, 0, "device", "I|NAME",
+         "device by index or part of its name (default: a GPU, else the CPU)"},
     [OPTION_LIST_DEVICES] = {RENDER, 0, "list-devices", NULL, "names the devices, one a line, and exits"},
-    [OPTION_PRECISION] = {ONE_RENDER, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
+    [OPTION_PRECISION] =
+        {ONE_RENDER | SAMPLE, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
     [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
     [OPTION_STATS] =
         {RENDER | INFO, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
@@ -62,7 +67,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},
     [OPTION_CLAMP] =
-        {RENDER, 0, "clamp", "X", "most radiance that one sample counts: less noise, but too dark (default: none)"},
+        {RENDER | SAMPLE, 0, "clamp", "X",
+         "most radiance that one sample counts: less noise, but too dark (default: none)"},
     [OPTION_CHECKPOINT] =
         {RENDER, 0, "checkpoint", "FILE", "keeps the state of the render in FILE, from which --resume goes on"},
     [OPTION_CHECKPOINT_INTERVAL] =
@@ -70,6 +76,9 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                                 "end and after Ctrl-C, too"},
     [OPTION_RESUME] = {RENDER, 0, "resume", NULL, "goes on from the checkpoint if there is one; the picture comes out\n"
                                                   "the same bits as without the break"},
+    [OPTION_DEBUG_SAMPLE] =
+        {RENDER, 0, "debug-sample", "X,Y,I", "renders no picture, but prints what the path of sample I of pixel X, Y\n"
+                                             "does, vertex by vertex"},
     [OPTION_FOLDER] =
         {STUDY, 'o', "output", "DIR", "folder of the results (default: the scene's name with -study)"},
     [OPTION_SETTINGS] =
@@ -247,6 +256,8 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         cli_error("out of memory");
         return CLI_EXIT_RUNTIME;
     }
+    if (cli_replay_add(options, NULL, argv[0] ? argv[0] : "render-cli"))
+        return CLI_EXIT_RUNTIME;
     int only_names = 0, spp_given = 0, range_given = 0, interval_given = 0;
     int first = 1;
     for (int i = CLI_RENDER; i < CLI_COMMAND_COUNT && argc > 1; i++)
@@ -262,6 +273,8 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
                 return CLI_EXIT_USAGE;
             }
             options->scene = argument;
+            if (cli_replay_add(options, NULL, argument))
+                return CLI_EXIT_RUNTIME;
             continue;
         }
         if (strcmp(argument, "--") == 0) {
@@ -293,6 +306,8 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         range_given |= id == OPTION_SAMPLE_RANGE;
         interval_given |= id == OPTION_CHECKPOINT_INTERVAL;
         code = cli_option_set(options, id, value);
+        if (!code && cli_option_table[id].commands & SAMPLE)
+            code = cli_replay_add(options, cli_option_table[id].name, value);
         if (code)
             return code;
     }
@@ -334,4 +349,5 @@ void cli_options_free(cli_options *options)
     free(options->parameters);
     free(options->outputs);
     free(options->default_output);
+    free(options->replay);
 }

@@ -30,6 +30,7 @@ typedef enum option_id {
     OPTION_CHECKPOINT,
     OPTION_CHECKPOINT_INTERVAL,
     OPTION_RESUME,
+    OPTION_DEBUG_SAMPLE,
     OPTION_FOLDER,
     OPTION_SETTINGS,
     OPTION_BUDGET,
@@ -47,7 +48,7 @@ typedef enum option_id {
 } option_id;
 
 typedef struct cli_option {
-    unsigned commands;    /* that take it: bits 1 << cli_command */
+    unsigned commands;    /* that take it: bits 1 << cli_command; and more in cli_options.c */
     char letter;          /* 0: none */
     const char *name;     /* without the dashes */
     const char *argument; /* NULL: takes none */

@@ -78,6 +78,8 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     cli_run run = {options, &session.info, &stats, 0, 0, 0, 0};
     double begin = cli_now();
 
+    if (options->debugs)
+        return cli_debug_sample(context, options, progress);
     int code = check_outputs(options);
     if (!code)
         code = cli_checkpoint_check(options);
@@ -133,6 +135,9 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     int stats_code = write_stats(&run);
     if (code == CLI_EXIT_OK)
         code = stats_code;
+    if (stats.bad_samples > 0 && options->verbosity >= 0)
+        fprintf(stderr, "render-cli: warning: what became of that sample is shown by: %s --debug-sample=%u,%u,%u\n",
+                options->replay, stats.bad_pixel_x, stats.bad_pixel_y, stats.bad_sample);
     if (options->render.time_limit > 0 && !cli_signal() && stats.samples < (uint64_t)stats.width * stats.height &&
         options->verbosity >= 0)
         fprintf(stderr, "render-cli: warning: --time-limit was over before every pixel had a sample\n");

@@ -284,6 +284,12 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_RESUME:
         options->resume = 1;
         return 0;
+    case OPTION_DEBUG_SAMPLE:
+        if (!parse_uint(&text, ',', &options->debug_sample[0]) || !parse_uint(&text, ',', &options->debug_sample[1]) ||
+            !parse_uint(&text, 0, &options->debug_sample[2]))
+            return wrong_value(id, value);
+        options->debugs = 1;
+        return 0;
     case OPTION_FOLDER:
     case OPTION_SETTINGS:
     case OPTION_REFERENCE:

@@ -64,8 +64,10 @@ FN void finish_paths(const film *f, const path *p, real most, __global uint *bad
  * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
  * whole body inlined: the machine code was generated three times over. */
 CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan,
-                      __global const int *schedule, uint group, uint first_sample, uint samples, uint launch) {
+                      __global const int *schedule, uint group, uint first_sample, uint samples, uint launch
+                      TRACE_PARAMETER) {
     SCENE_FROM_PARAMETERS(s);
+    TRACE_INTO(s);
 
     uint tiles_x = ((uint)params->crop_width + TILE_WIDTH - 1) / TILE_WIDTH;
     uint tile_height = LAYOUT_LANES / TILE_WIDTH;
@@ -121,8 +123,8 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
 __kernel __attribute__((reqd_work_group_size(LOCAL_SIZE, 1, 1))) __attribute__((vec_type_hint(real)))
 void render_paths(SCENE_PARAMETERS, __global float *planes, __global uint *bad, __global uchar *plan,
                   __global const int *schedule, uint group_begin, uint group_end, uint first_sample, uint samples,
-                  uint launch) {
+                  uint launch TRACE_PARAMETER) {
     uint group = group_begin + (uint)get_global_id(0);
     if (group < group_end)
-        render_tile(SCENE_ARGUMENTS, planes, bad, plan, schedule, group, first_sample, samples, launch);
+        render_tile(SCENE_ARGUMENTS, planes, bad, plan, schedule, group, first_sample, samples, launch TRACE_ARGUMENT);
 }

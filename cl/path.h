@@ -14,6 +14,7 @@
 #include "film.h"
 #include "path_light.h"
 #include "path_medium.h"
+#include "trace.h"
 
 /* A path that has crossed so many surfaces ends; with roulette only stacked null boundaries get there. */
 #define MAX_SEGMENTS 4096
@@ -172,6 +173,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
     hit h = closest(&s->geometry, p->o, p->d, R(0), p->t_max, p->alive);
     mask met = h.prim >= I(0);
     real t = h.t;
+    trace_segment(s, p);
 
     medium m = medium_none();
     mask scatters = FALSE_MASK;
@@ -179,8 +181,11 @@ FN void path_step(const scene *s, const film *f, path *p) {
         m = medium_of(s, p->medium);
         scatters = path_medium(s, p, &m, &t);
     }
+    trace_radiance(s, p, TRACE_ALONG);
     mask left = p->alive & !scatters & !met;
     if (ANY(left)) path_leave(s, p, left);
+    trace_radiance(s, p, TRACE_MET);
+    trace_place(s, p, vmad(p->d, t, p->o), t, left ? TRACE_ESCAPED : TRACE_ABSORBED, -1);
 
     mask reached = p->alive & !scatters & met;
     mask looked_at = HAS(GUIDES) ? reached | (looking & met) : reached;
@@ -204,6 +209,7 @@ FN void path_step(const scene *s, const film *f, path *p) {
     if (HAS(GUIDES) && !s->is_pilot)
         path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
+    trace_radiance(s, p, TRACE_MET);
 
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
     v.in_medium = scatters;
@@ -218,7 +224,11 @@ FN void path_step(const scene *s, const film *f, path *p) {
         mask offered = SCATTERS_EMITTERS ? lit : lit | v.in_medium;
         if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && ANY(offered)) path_sample_emitters(s, p, &v, u, offered);
     }
+    trace_radiance(s, p, TRACE_LIT);
+    trace_place(s, p, v.p, t, scatters ? TRACE_SCATTERED : null ? TRACE_PASSED : TRACE_SURFACE,
+                scatters ? -1 : at.shape);
     path_turn(s, p, &v, t, reached & null);
+    trace_turn(s, p);
 }
 
 #endif

@@ -24,6 +24,9 @@ typedef struct {
     __global uchar *plan;  /* of this work-item's first pixel, or NULL; see shared.h */
     size_t plan_stride;    /* from lamp to lamp */
     int is_pilot;          /* writes the plan; else reads it */
+#ifdef TRACE
+    __global b_trace_vertex *trace;
+#endif
 } scene;
 
 /* The first parameters of every kernel that reads the scene; lib/render.c sets them in this order. */

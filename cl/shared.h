@@ -330,6 +330,34 @@ SIZE_IS(b_params, 336);
 #define LAUNCH_PILOT 1
 #define LAUNCH_ADAPTIVE 2
 
+/* What a path did on one segment and at its end, written by a program built with -DTRACE (trace.h). */
+#define TRACE_ROOM 4096  /* vertices: MAX_SEGMENTS of path.h */
+#define TRACE_ALONG 0    /* radiance has what the medium gave along the segment: emission, light of lamps */
+#define TRACE_MET 1      /* and the emission of the surface or sky that was met */
+#define TRACE_LIT 2      /* and the light sampled at the vertex */
+#define TRACE_STAGES 3
+#define TRACE_NOTHING 0  /* event: there is no such vertex */
+#define TRACE_ESCAPED 1
+#define TRACE_SCATTERED 2
+#define TRACE_SURFACE 3
+#define TRACE_PASSED 4   /* a null surface */
+#define TRACE_ABSORBED 5 /* nothing gets through the segment */
+typedef struct {
+    float position[3];
+    int event;
+    float direction[3];  /* of the segment */
+    float length;
+    float before[3];     /* throughput at its start, and beyond the vertex */
+    int medium;          /* that it runs through, -1 none */
+    float after[3];
+    int shape;           /* at a surface, else -1 */
+    float radiance[TRACE_STAGES][3]; /* sums so far */
+    float pdf;           /* of the direction, per steradian; negative where no light sampling competes */
+    int ends;            /* the path ends here */
+    int pad;
+} b_trace_vertex;
+SIZE_IS(b_trace_vertex, 112);
+
 /* Samples that came out NaN or infinite are dropped and counted: [0] how many, [1] pixel y * width + x of one of them,
  * [2] its sample index. */
 #define BAD_COUNT 0

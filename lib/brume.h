@@ -564,7 +564,7 @@ typedef struct brume_render_stats {
     uint32_t complete;              /* every sample of it is in the film, or the goal is reached */
     uint64_t samples;               /* in the film, over all pixels */
     uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */
-    uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for replay */
+    uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for brume_sample_trace */
     uint64_t device_bytes;
     double bvh_seconds, upload_seconds, build_seconds, render_seconds;
     double pilot_seconds;           /* of render_seconds: a sample that found out how to look at each lamp */
@@ -606,6 +606,49 @@ BRUME_API const char *brume_channel_name(brume_channel channel);
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
  * Guides need brume_render_desc.guides. */
 BRUME_API brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count);
+
+/* ---- one sample, explained --------------------------------------------------------------------------------------- */
+
+typedef enum brume_trace_event {
+    BRUME_TRACE_ESCAPED = 1,   /* it left the scene */
+    BRUME_TRACE_SCATTERED = 2, /* in the medium */
+    BRUME_TRACE_SURFACE = 3,   /* it met a surface, which reflects or refracts it, if anything */
+    BRUME_TRACE_PASSED = 4,    /* straight on through a null surface */
+    BRUME_TRACE_ABSORBED = 5   /* nothing comes through the segment's medium */
+} brume_trace_event;
+
+/* A segment of a path and the vertex at its end. */
+typedef struct brume_trace_vertex {
+    double position[3];
+    float direction[3];         /* of the segment, away from the camera */
+    float length;               /* of the segment */
+    brume_trace_event event;
+    uint32_t medium;            /* that the segment runs through, BRUME_NONE */
+    uint32_t shape;             /* met, BRUME_NONE */
+    float pdf;                  /* of the direction, per steradian; negative where no light sampling competes with it */
+    float throughput_before[3]; /* at the segment's start */
+    float throughput_after[3];  /* beyond the vertex: transmittance, albedo or BSDF over pdf, roulette */
+    float along[3];             /* light that the medium brings along the segment: its emission, what it scatters */
+    float met[3];               /* emission of what the segment meets */
+    float lit[3];               /* light sampled at the vertex */
+    float radiance[3];          /* all up to here */
+    uint32_t ends;              /* the path ends here */
+} brume_trace_vertex;
+
+typedef struct brume_trace {
+    size_t count;
+    brume_trace_vertex *vertices; /* brume_trace_free releases them */
+    float radiance[3];            /* what the film gets: after clamp, sign and weight of the filter; 0 if bad */
+    uint32_t bad;                 /* it came out NaN or infinite, and a picture drops it */
+} brume_trace;
+
+/* Renders sample `sample` of pixel (x, y) of the full picture once more, alone, as a render by `desc` would (NULL: the
+ * defaults; its counts, crop, goals and lanes don't matter), and tells what its path does. Builds a program for it. */
+BRUME_API brume_result brume_sample_trace(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
+                                          uint32_t x, uint32_t y, uint32_t sample, brume_trace *out);
+BRUME_API void brume_trace_free(brume_trace *trace);
+
+/* ---- pictures ---------------------------------------------------------------------------------------------------- */
 
 #define BRUME_LAYERS_RECORDED UINT32_MAX
 

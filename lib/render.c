@@ -153,8 +153,8 @@ static brume_indirect resolve_indirect(const brume_render_desc *desc, const brum
     return BRUME_INDIRECT_RAY_LIGHTS;
 }
 
-brume_result brume_render_create(brume_device *device, const brume_scene *scene, const brume_render_desc *given,
-                                 brume_render **out) {
+brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *given,
+                               int traced, brume_render **out) {
     if (!device) return BRUME_ERROR_ARGUMENT;
     brume_context *context = device->context;
     double begin = brume_seconds();
@@ -206,6 +206,8 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     render->desc = desc;
     render->film = scene->film;
     render->params = arrays.params;
+    memcpy(render->origin, arrays.origin, sizeof render->origin);
+    render->traced = traced;
     render->stats.lanes = desc.lanes ? desc.lanes : device->info.lanes;
     render->local_size = device->info.is_gpu ? GPU_LOCAL_SIZE : 1;
     render->layout = brume_film_layout_make((uint32_t)arrays.params.crop_width, (uint32_t)arrays.params.crop_height,
@@ -249,12 +251,18 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
     return BRUME_OK;
 }
 
+brume_result brume_render_create(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
+                                 brume_render **out) {
+    return brume_render_make(device, scene, desc, 0, out);
+}
+
 void brume_render_destroy(brume_render *render) {
     if (!render) return;
     brume_render_program_destroy(render);
     if (render->planes) clReleaseMemObject(render->planes);
     if (render->bad) clReleaseMemObject(render->bad);
     if (render->plan) clReleaseMemObject(render->plan);
+    if (render->trace) clReleaseMemObject(render->trace);
     if (render->schedule) clReleaseMemObject(render->schedule);
     brume_error_estimate_free(&render->estimate);
     brume_allocation_free(render->allocation);

@@ -25,6 +25,9 @@ struct brume_render {
     brume_film_layout layout;
     cl_mem buffers[BRUME_SCENE_BUFFERS];
     cl_mem planes, bad, plan;
+    int traced;       /* the program writes paths down: */
+    cl_mem trace;     /* TRACE_ROOM vertices of the latest, or NULL */
+    double origin[3]; /* of the positions on the device, in the scene's coordinates */
     brume_render_program program;
     size_t local_size;
 
@@ -68,6 +71,10 @@ struct brume_render {
     int has_hashes;
     uint8_t scene_hash[SHA256_SIZE], kernel_hash[SHA256_SIZE];
 };
+
+/* brume_render_create. `traced`, for one lane: the program writes into `trace` what the last sample's path does. */
+brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
+                               int traced, brume_render **out);
 
 /* ---- render_buffers.c ---- */
 

@@ -14,6 +14,7 @@ brume_result brume_render_count_bad(brume_render *r) {
     s->bad_pixel_x = bad[BAD_PIXEL] % s->full_width;
     s->bad_pixel_y = bad[BAD_PIXEL] / s->full_width;
     s->bad_sample = bad[BAD_SAMPLE];
+    if (r->trace) return BRUME_OK; /* which tells it itself */
     brume_warn(context,
                "%llu samples came out NaN or infinite and were dropped, one at pixel %u, %u sample %u: please report "
                "this", (unsigned long long)s->bad_samples, s->bad_pixel_x, s->bad_pixel_y, s->bad_sample);

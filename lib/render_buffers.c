@@ -120,6 +120,8 @@ brume_result brume_render_create_buffers(brume_render *render, const brume_array
     }
     for (int i = 0; i < FILM_BUFFERS && code == CL_SUCCESS; i++)
         code = create_film_buffer(render, sizes[BRUME_SCENE_BUFFERS + i], film[i]);
+    if (code == CL_SUCCESS && render->traced)
+        code = create_film_buffer(render, TRACE_ROOM * sizeof(b_trace_vertex), &render->trace);
     if (code == CL_SUCCESS) code = clFinish(device->queue);
     for (int i = 0; i < ALL_BUFFERS; i++) render->stats.device_bytes += sizes[i];
     if (code == CL_MEM_OBJECT_ALLOCATION_FAILURE) return check_room(render, sizes, code);

@@ -32,6 +32,8 @@ static cl_int make_kernel(const brume_render_program *p, cl_program program, cl_
     cl_kernel kernel = clCreateKernel(program, "render_paths", &code);
     for (cl_uint i = 0; i < BRUME_KERNEL_BUFFERS && code == CL_SUCCESS; i++)
         code = clSetKernelArg(kernel, i, sizeof(cl_mem), &p->arguments[i]);
+    if (code == CL_SUCCESS && p->trace)
+        code = clSetKernelArg(kernel, BRUME_KERNEL_BUFFERS + 5, sizeof(cl_mem), &p->trace);
     if (code == CL_SUCCESS)
         *out = kernel;
     else if (kernel)
@@ -106,12 +108,13 @@ static int start_thread(brume_render_program *p, const brume_device *device) {
 
 static brume_result make_source(brume_render *render, uint32_t features, uint32_t stack_size, uint32_t lanes,
                                 brume_program_source *out) {
-    char options[200];
+    char options[220];
     /* The stack in steps, so that most scenes find each other's programs in the cache. */
     snprintf(options, sizeof options,
-             "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d -DLAYOUT_LANES=%u%s",
+             "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d -DLAYOUT_LANES=%u%s%s",
              features, (stack_size + 15) / 16 * 16, (unsigned)render->local_size, (int)render->desc.strategy,
-             (int)render->desc.indirect, render->stats.lanes, lanes < render->stats.lanes ? " -DQUICK" : "");
+             (int)render->desc.indirect, render->stats.lanes, lanes < render->stats.lanes ? " -DQUICK" : "",
+             render->trace ? " -DTRACE" : "");
     return brume_program_source_make(render->device, "path.cl", lanes, render->desc.precision, options, out);
 }
 
@@ -165,6 +168,7 @@ brume_result brume_render_program_start(brume_render *render, uint32_t features,
     p->arguments[BRUME_SCENE_BUFFERS + 1] = render->bad;
     p->arguments[BRUME_SCENE_BUFFERS + 2] = render->plan;
     p->arguments[BRUME_SCENE_BUFFERS + 3] = render->schedule;
+    p->trace = render->trace;
     BRUME_TRY(make_source(render, features, stack_size, render->stats.lanes, &p->source));
     p->folder = brume_program_cache_folder();
     if (open_cached(render)) return BRUME_OK;

@@ -22,6 +22,7 @@ typedef struct brume_render_program {
     brume_program_source source; /* of the wide program */
     char *folder;                /* of the cache; NULL: there is none, or the program came from it */
     cl_mem arguments[BRUME_KERNEL_BUFFERS];
+    cl_mem trace;                /* the kernel's last argument, where it is not NULL */
 
     /* The thread that builds the wide program; `wide` and its kernel are its own until state says otherwise. */
     brume_thread *thread; /* NULL: none was started */

@@ -136,13 +136,14 @@ static void each_pixel_knows_how_many(void **state) {
         assert_true(all == (double)stats.bad_samples);
         assert_true(all + added == (double)stats.samples);
         if (k == 0) {
-            must(brume_render_write(render, "/tmp/brume-bad-samples.exr", NULL));
-            char text[4096];
-            FILE *file = fopen("/tmp/brume-bad-samples.exr", "rb");
+            char text[4096], path[64];
+            snprintf(path, sizeof path, "/tmp/brume-bad-samples-%ld.exr", (long)getpid());
+            must(brume_render_write(render, path, NULL));
+            FILE *file = fopen(path, "rb");
             assert_non_null(file);
             size_t size = fread(text, 1, sizeof text - 1, file);
             fclose(file);
-            unlink("/tmp/brume-bad-samples.exr");
+            unlink(path);
             int named = 0;
             for (size_t i = 0; i + 10 < size; i++) named |= memcmp(text + i, "badSamples", 10) == 0;
             assert_true(named);

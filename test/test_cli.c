@@ -150,6 +150,8 @@ static void usage_errors(void **state)
         {"a.xml --exposure nan", "--exposure"},
         {"a.xml --clamp 0", "--clamp"},
         {"a.xml --clamp inf", "--clamp"},
+        {"a.xml --debug-sample 3,4", "--debug-sample"},
+        {"a.xml --debug-sample 3,4,5x", "--debug-sample"},
         {"a.xml --stats=xml", "--stats"},
         {"a.xml --progress=loud", "--progress"},
         {"a.xml -D width", "--define"},
