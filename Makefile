@@ -19,6 +19,9 @@
 # make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
 # make check-blender the Blender exporter against Cycles (Blender's module for Python, from PyPI, into build/)
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
+# make bench         against Mitsuba, Cycles and LuxCore: out/bench/; ARGS="--quick --scenes open-beam --peers cycles"
+# make bench-peers   installs these (from PyPI, into build/bench/venv; and libllvm19, for Mitsuba)
+# make check-bench   what bench computes, held against known answers
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions
 # make clean
@@ -254,6 +257,8 @@ ladder: $(build)/ladder meshes
 # ARGS="--scene slats --seeds 20 --size 160x100"
 estimates: $(build)/estimates meshes
 	$(build)/estimates $(ARGS)
+
+include test/bench/bench.mk
 
 # ARGS="--bits": what each feature bit is worth; --rounds=N, --scene=I
 bench-effects: $(build)/bench-effects meshes

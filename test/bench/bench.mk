@@ -1,0 +1,30 @@
+# bench.mk -- brume against other renderers. Included by the Makefile.
+
+.PHONY: bench bench-peers check-bench
+
+bench-peers:
+	@sh lib/deps.sh python3 python3-venv libllvm19 || echo "bench-peers: no libllvm19: Mitsuba is scalar"
+	python3 test/bench/bench.py $(build) --install
+
+# A quarter of an hour once its references are rendered; build/bench/venv/bin/python test/bench/bench.py --help
+bench: all $(build)/test/bench/worker build/meshes/ball.ply
+	@python3 test/bench/bench.py $(build) $(ARGS)
+
+# What it computes, held against known answers.
+check-bench:
+	@python=$(build)/bench/venv/bin/python; test -x $$python || python=python3; \
+	    if $$python -c 'import numpy' 2>/dev/null; then $$python -W ignore test/bench/check_bench.py; \
+	    else echo "check-bench: skipped: no numpy (make bench-peers)"; fi
+
+build/meshes/ball.ply: test/bench/make_ball.py
+	@mkdir -p $(@D)
+	python3 $< $@
+
+$(build)/test/bench/%.o: test/bench/%.c | $(first)
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_all) -Ilib -c -o $@ $<
+
+$(build)/test/bench/worker: $(build)/test/bench/worker.o $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ $(libs)
+
+-include $(wildcard $(build)/test/bench/*.d)
