@@ -1,4 +1,4 @@
-/* measure_identity.c SCENE... -- is a scene's picture the same to the bit whatever code it was left out of? `make identity`
+/* measure_identity.c SCENE... -- is a scene's picture the same to the bit whatever code is left out of it? `make identity`
  * renders a window of every scene file by the program built for it, at one lane; by that with each feature more, alone;
  * by the generic one; and by both of these at the device's width; and prints a table. Exit status 1: one differs.
  *
