@@ -10,6 +10,8 @@
 # make check-platform POSIX, GNU and Windows are asked in platform files alone
 # make identity      every scene file, with every feature that it doesn't call for built in as well: the same bits? In
 #                    half an hour; SCENES=scenes/furnace.xml: only that
+# make check-abi     BASE=COMMIT: would a program go on with this library? By abidiff
+# make check-threads contexts in several threads under ThreadSanitizer
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
 # make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
@@ -25,7 +27,7 @@
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions
 # make clean
-# config=release (default) | debug | sanitize | coverage;  CC=gcc | clang
+# config=release (default) | debug | sanitize | threads | coverage;  CC=gcc | clang
 
 config ?= release
 ifeq ($(origin CC),default)
@@ -66,6 +68,7 @@ endif
 flags.release := -O2 -DNDEBUG
 flags.debug := -O0 -g3
 flags.sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
+flags.threads := -O1 -g -fsanitize=thread
 flags.coverage := -O0 -g --coverage
 
 warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
@@ -211,11 +214,25 @@ exhaustive: $(build)/test/measure_exhaustive
 
 check-platform: | $(first)
 	@sh test/check_platform.sh $(CC)
+
 # room.xml is a part of other scenes.
 SCENES ?= $(sort $(filter-out scenes/ladder/room.xml,$(wildcard scenes/*.xml scenes/ladder/*.xml)))
 .PHONY: identity
 identity: $(build)/test/measure_identity meshes
 	BRUME_CACHE_DIR= $(build)/test/measure_identity $(SCENES)
+
+# BASE=v0.1.0
+check-abi:
+	@sh lib/deps.sh abigail-tools
+	@sh test/check_abi.sh '$(BASE)' '$(MAKE)' '$(CC)'; code=$$?; [ $$code -eq 77 ] || exit $$code
+.PHONY: check-abi
+
+# The threads of the tests and of the library under ThreadSanitizer, and races planted into it.
+check-threads:
+	@$(MAKE) -s config=threads CC='$(CC)' threads-checked
+.PHONY: check-threads threads-checked
+threads-checked: $(build)/test/test_threads
+	@sh test/check_threads.sh $(build) '$(CC)' '$(CFLAGS_all)' '$(libs)'
 
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))
