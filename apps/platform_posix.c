@@ -134,6 +134,7 @@ void platform_watch_signals(void (*handler)(int number))
 {
     watch(SIGINT, handler);
     watch(SIGTERM, handler);
+    signal(SIGXFSZ, SIG_IGN); /* a file that may not grow is an error to be reported, not the end */
 }
 
 void platform_quit(int code)

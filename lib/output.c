@@ -31,6 +31,36 @@ brume_result brume_output_open(brume_context *context, const char *path, brume_o
     return BRUME_OK;
 }
 
+typedef struct stale {
+    const char *folder, *name; /* "." or with its separator; of the file */
+} stale;
+
+/* NAME.4711-0.tmp */
+static int remove_if_stale(void *user, const brume_folder_entry *entry) {
+    const stale *s = user;
+    size_t length = strlen(s->name), digits;
+    const char *at = entry->name;
+    if (strncmp(at, s->name, length) != 0 || at[length] != '.') return 1;
+    at += length + 1;
+    digits = strspn(at, "0123456789");
+    if (digits == 0 || at[digits] != '-') return 1;
+    at += digits + 1;
+    digits = strspn(at, "0123456789");
+    if (digits > 0 && strcmp(at + digits, ".tmp") == 0) brume_folder_remove(s->folder, entry->name);
+    return 1;
+}
+
+void brume_output_remove_stale(const char *path) {
+    size_t length = brume_path_folder(path), room = length ? length : 1;
+    char *folder = malloc(room + 1);
+    if (!folder) return;
+    memcpy(folder, length ? path : ".", room);
+    folder[room] = 0;
+    stale s = {folder, path + length};
+    brume_folder_visit(folder, remove_if_stale, &s);
+    free(folder);
+}
+
 int brume_output_write(brume_output *output, const void *bytes, size_t size, uint64_t offset) {
     if (!output->error)
         output->error = brume_file_write_at(output->descriptor, bytes, size, offset);

@@ -15,6 +15,10 @@ typedef struct brume_output {
 
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out);
 
+/* Removes the temporary files of `path` that killed processes left. One that is being written now loses it, too, and
+ * reports that: two processes that write the same file are a mistake. */
+void brume_output_remove_stale(const char *path);
+
 /* Non-zero if all `size` bytes were taken. */
 int brume_output_write(brume_output *output, const void *bytes, size_t size, uint64_t offset);
 int brume_output_append(brume_output *output, const void *bytes, size_t size);

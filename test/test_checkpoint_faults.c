@@ -1,0 +1,245 @@
+/* test_checkpoint_faults.c -- a checkpoint is a whole one whatever happens while it is written: a call to the system
+ * that fails, a process that ends between any two of them, kill -9 at any of them. The calls that files are written by
+ * are this program's own (the linker takes them before the C library's) and stop where a test wants it. */
+#define _DEFAULT_SOURCE /* syscall */
+#include <errno.h>
+#include <fcntl.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/syscall.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "checkpoints.h"
+#include "child.h"
+
+/* ---- the calls ---- */
+
+typedef enum fault {
+    NONE,
+    FAILS, /* the call at `at` reports a full disk */
+    ENDS,  /* from the call at `at` on nothing happens any more, as when the process had ended */
+    KILLS  /* and it does end */
+} fault;
+
+static struct {
+    int watching, calls, at;
+    fault fault;
+    char log[128]; /* o, w, f, c, r, O, F, C: open, write, fsync, close, rename; capital: of the folder */
+    int folder;    /* its descriptor */
+} watch = {.folder = -1};
+
+/* Whether the call is not to be made. `letter` goes to the log. */
+static int stopped(char letter) {
+    if (!watch.watching) return 0;
+    int call = watch.calls++;
+    if (call < (int)sizeof watch.log - 1) watch.log[call] = letter;
+    if (watch.fault == KILLS && call == watch.at) raise(SIGKILL);
+    if ((watch.fault == FAILS && call == watch.at) || (watch.fault == ENDS && call >= watch.at)) {
+        errno = ENOSPC;
+        return 1;
+    }
+    return 0;
+}
+
+int open(const char *path, int flags, ...) {
+    va_list arguments;
+    va_start(arguments, flags);
+    unsigned mode = flags & O_CREAT ? va_arg(arguments, unsigned) : 0;
+    va_end(arguments);
+    if ((flags & (O_CREAT | O_DIRECTORY)) && stopped(flags & O_CREAT ? 'o' : 'O')) return -1;
+    int descriptor = (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
+    if (watch.watching && (flags & O_DIRECTORY)) watch.folder = descriptor;
+    return descriptor;
+}
+
+/* A write that is broken off has written half. */
+ssize_t pwrite(int descriptor, const void *bytes, size_t size, off_t offset) {
+    if (watch.watching && watch.fault != NONE && watch.calls == watch.at)
+        syscall(SYS_pwrite64, descriptor, bytes, size / 2, offset);
+    return stopped('w') ? -1 : (ssize_t)syscall(SYS_pwrite64, descriptor, bytes, size, offset);
+}
+
+int fsync(int descriptor) {
+    return stopped(descriptor == watch.folder ? 'F' : 'f') ? -1 : (int)syscall(SYS_fsync, descriptor);
+}
+
+int close(int descriptor) {
+    int stop = stopped(descriptor == watch.folder ? 'C' : 'c'), result = (int)syscall(SYS_close, descriptor);
+    return stop ? -1 : result;
+}
+
+int rename(const char *from, const char *to) {
+    return stopped('r') ? -1 : (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to);
+}
+
+int remove(const char *path) {
+    if (watch.watching && watch.fault == ENDS && watch.calls > watch.at) return -1;
+    return (int)syscall(SYS_unlinkat, AT_FDCWD, path, 0);
+}
+
+static brume_result save_watched(brume_render *render, const char *path, fault f, int at) {
+    memset(&watch, 0, sizeof watch);
+    watch.folder = -1;
+    watch.fault = f;
+    watch.at = at;
+    watch.watching = 1;
+    brume_result result = brume_render_save(render, path);
+    watch.watching = 0;
+    return result;
+}
+
+/* ---- a render with two states ---- */
+
+static brume_render_desc adaptive_desc(void) {
+    brume_render_desc desc = checkpoint_desc();
+    desc.sample_count = 32;
+    desc.adaptive = BRUME_ADAPTIVE_ON;
+    desc.guides = 0;
+    return desc;
+}
+
+static int stop_after(void *user, const brume_progress *progress) {
+    (void)progress;
+    return --*(int *)user == 0;
+}
+
+/* Goes on for some launches. */
+static void run_a_little(brume_render *render, int reports) {
+    render->launch_groups = 130;
+    render->report_seconds = -1;
+    assert_int_equal(brume_render_run(render, stop_after, &reports), BRUME_CANCELLED);
+}
+
+static int same_bytes(const char *path, const unsigned char *bytes, size_t size) {
+    size_t now;
+    unsigned char *held = read_whole(path, &now);
+    int same = now == size && memcmp(held, bytes, size) == 0;
+    free(held);
+    return same;
+}
+
+/* Temporary files in the folder. */
+static int leftovers(void) {
+    char command[192], line[16] = "";
+    snprintf(command, sizeof command, "ls '%s' | grep -c 'tmp$'", path_of(""));
+    FILE *list = popen(command, "r");
+    assert_non_null(list);
+    assert_non_null(fgets(line, sizeof line, list));
+    pclose(list);
+    return atoi(line);
+}
+
+static void whole_old_or_whole_new(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static whole_film whole, later;
+    char path[128];
+    snprintf(path, sizeof path, "%s", path_of("state"));
+    size_t old_size, new_size;
+    brume_scene *scene = slats();
+    brume_render_desc desc = adaptive_desc();
+    finish(create(scene, &desc), &whole);
+
+    brume_render *render = create(scene, &desc);
+    run_a_little(render, 9);
+    must(brume_render_save(render, path));
+    unsigned char *old = read_whole(path, &old_size);
+    run_a_little(render, 11);
+    must(save_watched(render, path, NONE, 0));
+    unsigned char *new = read_whole(path, &new_size);
+    assert_true(old_size != new_size || memcmp(old, new, new_size) != 0);
+
+    /* First all of the file to the disk, then the name, then that to the disk. */
+    size_t calls = strlen(watch.log), writes = strspn(watch.log + 1, "w");
+    assert_int_equal(watch.log[0], 'o');
+    assert_true(writes > 10);
+    assert_string_equal(watch.log + 1 + writes, "fcrOFC");
+
+    brume_context_set_log(context, NULL, NULL);
+    for (size_t at = 0; at < calls; at++) {
+        size_t renamed = 1 + writes + 2;
+        write_whole(path, old, old_size);
+        assert_int_equal(save_watched(render, path, FAILS, (int)at),
+                         at + 1 == calls ? BRUME_OK : BRUME_ERROR_OUTPUT);
+        if (at + 1 < calls) assert_non_null(strstr(brume_context_message(context), "No space left on device"));
+        assert_true(at <= renamed ? same_bytes(path, old, old_size) : same_bytes(path, new, new_size));
+        assert_int_equal(leftovers(), 0);
+
+        write_whole(path, old, old_size);
+        save_watched(render, path, ENDS, (int)at);
+        assert_true(at <= renamed ? same_bytes(path, old, old_size) : same_bytes(path, new, new_size));
+        assert_int_equal(leftovers(), at > 0 && at <= renamed);
+        must(brume_render_save(render, path)); /* clears away what that left */
+        assert_int_equal(leftovers(), 0);
+    }
+    render->launch_groups = 0;
+    finish(render, &later);
+    expect_same(&whole, &later);
+    free(old);
+    free(new);
+    brume_scene_destroy(scene);
+}
+
+/* ---- kill -9 ---- */
+
+/* What the killed process does: goes on from the file for a while, saves, and is killed at a call of that. */
+static int be_killed(const char *path, int at) {
+    if (open_device(NULL) != 0) return 1;
+    brume_scene *scene = slats();
+    brume_render_desc desc = adaptive_desc();
+    brume_render *render = create(scene, &desc);
+    if (brume_render_load(render, path) != BRUME_OK) return 1;
+    run_a_little(render, 5);
+    save_watched(render, path, KILLS, at);
+    return 1; /* not reached, or else */
+}
+
+static void killed_at_any_call(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static whole_film whole, after;
+    static child_result result;
+    char self[1024], path[128], number[16], here[1024];
+    ssize_t length = readlink("/proc/self/exe", self, sizeof self - 1);
+    assert_true(length > 0 && getcwd(here, sizeof here));
+    self[length] = 0;
+    snprintf(path, sizeof path, "%s", path_of("state"));
+    brume_scene *scene = slats();
+    brume_render_desc desc = adaptive_desc();
+    finish(create(scene, &desc), &whole);
+    brume_render *render = create(scene, &desc);
+    run_a_little(render, 9);
+    must(save_watched(render, path, NONE, 0));
+    int calls = watch.calls;
+    brume_render_destroy(render);
+    /* The first calls, some of the many writes, all that follow them. */
+    for (int at = 0, at_end = calls - 14; at < calls; at += at < 2 || at >= at_end ? 1 : 6) {
+        snprintf(number, sizeof number, "%d", at);
+        const char *const argv[] = {self, path, number, NULL};
+        assert_true(child_run(&result, here, argv, NULL, 0));
+        assert_int_equal(result.status, 1000 + SIGKILL);
+        render = create(scene, &desc);
+        must(brume_render_load(render, path));
+        assert_true(!render->finished);
+        finish(render, &after);
+        expect_same(&whole, &after);
+    }
+    brume_scene_destroy(scene);
+}
+
+int main(int argc, char **argv) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(whole_old_or_whole_new),
+        cmocka_unit_test(killed_at_any_call),
+    };
+    if (argc == 3) return be_killed(argv[1], atoi(argv[2]));
+    return cmocka_run_group_tests(tests, open_checkpoints, close_checkpoints);
+}

@@ -1,0 +1,215 @@
+/* render-cli --checkpoint and --resume as a user meets them: killed and gone on, refused, on a full disk. Runs the
+ * program itself, from the build folder that the environment names (BRUME_BUILD). */
+#include <limits.h>
+#include <setjmp.h>
+#include <signal.h>
+#include <stdarg.h>
+#include <stddef.h>
+#include <stdint.h>
+#include <stdio.h>
+#include <stdlib.h>
+#include <string.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cmocka.h>
+
+#include "brume.h"
+#include "checkpoints.h"
+#include "child.h"
+
+static char program[2 * PATH_MAX], here[PATH_MAX];
+static child_result result;
+
+static int run_until(const char *line, const char *signal_after, int number)
+{
+    const char *const first[] = {program, NULL};
+    return child_run_line(&result, path_of(""), first, line, signal_after, number);
+}
+
+static int run(const char *line)
+{
+    return run_until(line, NULL, 0);
+}
+
+/* With a limit of 512 bytes times `blocks` for every file that it writes. */
+static int run_limited(int blocks, const char *line)
+{
+    char command[4 * PATH_MAX];
+    snprintf(command, sizeof command, "ulimit -f %d; exec '%s' %s", blocks, program, line);
+    const char *const argv[] = {"/bin/sh", "-c", command, NULL};
+    assert_true(child_run(&result, path_of(""), argv, NULL, 0));
+    return result.status;
+}
+
+static void expect_same_file(const char *a, const char *b)
+{
+    size_t a_size, b_size;
+    unsigned char *a_bytes = read_whole(path_of(a), &a_size), *b_bytes = read_whole(path_of(b), &b_size);
+    assert_int_equal(a_size, b_size);
+    assert_memory_equal(a_bytes, b_bytes, a_size);
+    free(a_bytes);
+    free(b_bytes);
+}
+
+/* The radiance of two EXRs: their headers tell how long each took. */
+static void expect_same_picture(const char *a, const char *b)
+{
+    uint32_t width[2], height[2];
+    float *rgb[2];
+    must(brume_picture_read(context, path_of(a), &width[0], &height[0], &rgb[0]));
+    must(brume_picture_read(context, path_of(b), &width[1], &height[1], &rgb[1]));
+    assert_int_equal(width[0], width[1]);
+    assert_int_equal(height[0], height[1]);
+    assert_memory_equal(rgb[0], rgb[1], (size_t)width[0] * height[0] * 3 * sizeof(float));
+    brume_picture_free(rgb[0]);
+    brume_picture_free(rgb[1]);
+}
+
+static int exists(const char *name)
+{
+    return access(path_of(name), F_OK) == 0;
+}
+
+static void usage_errors(void **state)
+{
+    (void)state;
+    assert_int_equal(run("scene.xml --resume"), 2);
+    child_expect_error_line(&result, "--resume needs --checkpoint");
+    assert_int_equal(run("scene.xml --checkpoint-interval 5"), 2);
+    child_expect_error_line(&result, "--checkpoint-interval needs --checkpoint");
+    assert_int_equal(run("scene.xml --checkpoint a.exr -o a.exr"), 2);
+    child_expect_error_line(&result, "both");
+    assert_int_equal(run("scene.xml --checkpoint state --checkpoint-interval 0"), 2);
+    /* Where it can't be written is found out before the scene is read, which isn't there. */
+    assert_int_equal(run("missing.xml --checkpoint no/such/folder/state"), 6);
+    child_expect_error_line(&result, "no/such/folder/state");
+}
+
+/* kill -9 after each checkpoint, until a run gets to the end or has been killed often enough. */
+static void killed_and_gone_on(void **state)
+{
+    (void)state;
+    NEEDS_DEVICE();
+    static const char *const goals[] = {"--spp 300 --adaptive off", "--spp 300 --adaptive on",
+                                        "--noise-threshold 0.005"};
+    enum { MOST_KILLS = 2 };
+    char line[512];
+    for (int i = 0; i < 3; i++) {
+        snprintf(line, sizeof line, "scene.xml %s -o whole.exr -o whole.png", goals[i]);
+        assert_int_equal(run(line), 0);
+        snprintf(line, sizeof line, "scene.xml %s -o parts.exr -o parts.png --checkpoint state --resume "
+                 "--checkpoint-interval 0.01 --progress=json", goals[i]);
+        int kills = 0;
+        while (kills < MOST_KILLS && run_until(line, "\"event\":\"checkpoint\"", SIGKILL) == 1000 + SIGKILL) {
+            kills++;
+            assert_true(exists("state"));
+            assert_false(exists("parts.exr"));
+        }
+        assert_true(kills > 0);
+        if (kills == MOST_KILLS)
+            assert_int_equal(run(line), 0);
+        expect_same_picture("whole.exr", "parts.exr");
+        expect_same_file("whole.png", "parts.png");
+        remove(path_of("parts.exr"));
+        remove(path_of("parts.png"));
+        remove(path_of("state"));
+    }
+}
+
+/* Ctrl-C keeps a checkpoint, which is in no later run's way: it needs --resume, and the same scene and settings. */
+static void stopped_and_refused(void **state)
+{
+    (void)state;
+    NEEDS_DEVICE();
+    assert_int_equal(run_until("scene.xml --spp 4000000 -o a.exr --checkpoint state --progress=json",
+                               "\"event\":\"progress\"", SIGINT), 130);
+    assert_true(exists("state"));
+    size_t size;
+    unsigned char *bytes = read_whole(path_of("state"), &size);
+
+    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state"), 2);
+    child_expect_error_line(&result, "--resume goes on from it");
+    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume --seed 8"), 7);
+    child_expect_error_line(&result, "seed");
+    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume -D fog=0.3"), 7);
+    child_expect_error_line(&result, "scene is another one");
+    assert_int_equal(run("gone.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 3);
+    child_expect_error_line(&result, "gone.xml");
+    size_t now;
+    unsigned char *still = read_whole(path_of("state"), &now);
+    assert_int_equal(now, size);
+    assert_memory_equal(still, bytes, size);
+    free(still);
+
+    bytes[size / 2] ^= 1;
+    write_whole(path_of("state"), bytes, size);
+    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 7);
+    child_expect_error_line(&result, "damaged");
+    free(bytes);
+    remove(path_of("state"));
+}
+
+/* No room for checkpoints: the render goes on, its picture is written, the checkpoint before stays; one line each. */
+static void full_disk(void **state)
+{
+    (void)state;
+    NEEDS_DEVICE();
+    assert_int_equal(run("scene.xml --spp 8 -o before.exr --checkpoint state"), 0);
+    size_t size, now;
+    unsigned char *bytes = read_whole(path_of("state"), &size);
+    assert_true(size > 60000);
+    remove(path_of("a.png"));
+    assert_int_equal(run_limited(60, "scene.xml --spp 32 -o a.png --checkpoint state --resume"), 6);
+    child_expect_error_line(&result, "state: File too large");
+    assert_true(exists("a.png"));
+    unsigned char *still = read_whole(path_of("state"), &now);
+    assert_int_equal(now, size);
+    assert_memory_equal(still, bytes, size);
+    free(still);
+    free(bytes);
+    /* While it renders: one warning, however often it is tried. */
+    assert_int_equal(run_limited(60, "scene.xml --spp 700 -o a.png --checkpoint state --resume "
+                                     "--checkpoint-interval 0.01"), 6);
+    const char *warning = strstr(result.err, "warning: state: File too large");
+    assert_non_null(warning);
+    assert_null(strstr(warning + 1, "warning"));
+    remove(path_of("state"));
+}
+
+static int setup(void **state)
+{
+    static const char *const scene =
+        "<scene version='3.0.0'>\n"
+        "<default name='width' value='48'/><default name='height' value='30'/><default name='fog' value='0.2'/>\n"
+        "<integrator type='volpath'/>\n"
+        "<medium type='homogeneous' id='fog'><float name='sigma_t' value='$fog'/></medium>\n"
+        "<sensor type='perspective'>\n"
+        "<transform name='to_world'><lookat origin='0,1,5' target='0,1,0' up='0,1,0'/></transform><ref id='fog'/>\n"
+        "<film type='hdrfilm'><integer name='width' value='$width'/><integer name='height' value='$height'/></film>\n"
+        "</sensor>\n"
+        "<emitter type='spot'><transform name='to_world'><lookat origin='-2,3,1' target='0,1,0' up='0,1,0'/>"
+        "</transform><rgb name='intensity' value='60'/></emitter>\n"
+        "<shape type='sphere'><point name='center' x='0' y='1' z='0'/></shape>\n"
+        "</scene>\n";
+    const char *build = getenv("BRUME_BUILD");
+    if (!build)
+        build = "build";
+    if (open_checkpoints(state) != 0 || !getcwd(here, sizeof here))
+        return -1;
+    snprintf(program, sizeof program, "%s%s%s/render-cli", build[0] == '/' ? "" : here, build[0] == '/' ? "" : "/",
+             build);
+    write_whole(path_of("scene.xml"), scene, strlen(scene));
+    return access(program, X_OK);
+}
+
+int main(void)
+{
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(usage_errors),
+        cmocka_unit_test(killed_and_gone_on),
+        cmocka_unit_test(stopped_and_refused),
+        cmocka_unit_test(full_disk),
+    };
+    return cmocka_run_group_tests(tests, setup, close_checkpoints);
+}
