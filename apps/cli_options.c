@@ -52,7 +52,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_DEFINE] = {EVERY | SAMPLE, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_LAYERS] =
         {RENDER, 0, "layers", "all|none|A,B,...", "layers of EXRs: albedo, N, Z, variance, sampleCount,\n"
-                                            "badSamples (default: these, the last if there are any)"},
+                                            "badSamples (default: these, the last if there are any);\n"
+                                            "direct, indirect, surface, volume (parts of the light), segments"},
     [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
     [OPTION_DEVICE] =
         {EVERY | SAMPLE, 0, "device", "I|NAME",

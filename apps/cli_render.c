@@ -22,9 +22,12 @@ static double pixels_to_write(const brume_scene *scene, const cli_options *optio
 static void record_layers(const brume_scene *scene, uint32_t layers, brume_render_desc *desc)
 {
     const uint32_t guides = 1u << BRUME_CHANNEL_ALBEDO | 1u << BRUME_CHANNEL_NORMAL | 1u << BRUME_CHANNEL_DEPTH;
+    const uint32_t light = 1u << BRUME_CHANNEL_DIRECT | 1u << BRUME_CHANNEL_INDIRECT | 1u << BRUME_CHANNEL_SURFACE |
+                           1u << BRUME_CHANNEL_VOLUME | 1u << BRUME_CHANNEL_SEGMENTS;
     brume_film_desc film = brume_film_desc_default();
     brume_scene_get_film(scene, &film);
     desc->guides = film.alpha || (layers & guides);
+    desc->light_layers = layers != BRUME_LAYERS_RECORDED && (layers & light);
 }
 
 static int check_outputs(const cli_options *options)

@@ -24,6 +24,13 @@ FN void film_add_plain(const film *f, int plane, real x, mask m) {
     store_lanes(m ? old + x : old, p);
 }
 
+/* To three planes. */
+FN void film_add_rgb(const film *f, int plane, rgb x, mask m) {
+    film_add_plain(f, plane, x.r, m);
+    film_add_plain(f, plane + 1, x.g, m);
+    film_add_plain(f, plane + 2, x.b, m);
+}
+
 /* As the film will hold it: what a double loses on the way goes to the compensation, too. */
 FN real film_precision(real x) {
 #ifdef BRUME_DOUBLE

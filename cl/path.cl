@@ -23,6 +23,21 @@ FN mask path_is_broken(const path *p) {
     return radiance | throughput | is_bad(p->d.x) | is_bad(p->d.y) | is_bad(p->d.z);
 }
 
+/* The parts of the light, cut as the whole is. */
+FN void finish_layers(const film *f, const path *p, real most, mask good) {
+    const light_layers *l = &p->layers;
+    rgb cut;
+    cut.r = p->radiance.r > most ? most / p->radiance.r : R(1);
+    cut.g = p->radiance.g > most ? most / p->radiance.g : R(1);
+    cut.b = p->radiance.b > most ? most / p->radiance.b : R(1);
+    cut = cscale(cut, p->sign);
+    film_add_rgb(f, FILM_SURFACE_DIRECT, cmul(l->surface_direct, cut), good);
+    film_add_rgb(f, FILM_SURFACE_INDIRECT, cmul(l->surface_indirect, cut), good);
+    film_add_rgb(f, FILM_VOLUME_DIRECT, cmul(l->volume_direct, cut), good);
+    film_add_rgb(f, FILM_VOLUME_INDIRECT, cmul(l->volume_indirect, cut), good);
+    film_add_plain(f, FILM_SEGMENTS, l->segments, good);
+}
+
 /* Adds finished paths to the film. */
 FN void finish_paths(const film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
                      mask finished) {
@@ -53,6 +68,7 @@ FN void finish_paths(const film *f, const path *p, real most, __global uint *bad
     film_add_plain(f, FILM_SQUARE_B, square(x.b), good);
     film_add_plain(f, FILM_COUNT, R(1), good);
     if (HAS(GUIDES)) film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
+    if (HAS(LIGHT_LAYERS)) finish_layers(f, p, most, good);
 }
 
 /* `samples` samples of each pixel of a group from `first_sample` on.

@@ -38,7 +38,7 @@ FN void path_leave(const scene *s, path *p, mask left) {
             real flown = environment_met_weight(s, &p->flew, p->d);
             weight = p->from_medium ? flown : weight;
         }
-        path_add(p, sees, cscale(environment_radiance(s, p->d), weight));
+        path_add(p, sees, cscale(environment_radiance(s, p->d), weight), FALSE_MASK, 0);
     }
     p->alive = p->alive & !left;
 }
@@ -54,7 +54,7 @@ FN void path_meet(const scene *s, path *p, const surface *at, ireal prim, mask m
         real flown = emitter_met_weight(s, &p->flew, p->from, p->d, prim, at->shape, at->p, at->ng, emits);
         weight = p->from_medium ? flown : weight;
     }
-    path_add(p, emits, cscale(CGATHER(s->shapes, radiance, at->shape), weight));
+    path_add(p, emits, cscale(CGATHER(s->shapes, radiance, at->shape), weight), FALSE_MASK, 0);
 }
 
 /* Russian roulette on what the path can still carry. */
@@ -148,6 +148,9 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     }
     mask turns = at_surface | v->in_medium;
     mask on_surface = at_surface | through;
+    if (HAS(LIGHT_LAYERS))
+        light_layers_turn(&p->layers, turns, HAS(SPECULAR) ? at_surface & bsdf_is_specular(&v->b) : FALSE_MASK,
+                          v->in_medium);
     p->alive = p->alive & (turns | through);
     p->throughput = cselect(turns, cmul(p->throughput, weight), p->throughput);
     p->t_max = through ? p->t_max - t : FAR_AWAY;
@@ -170,6 +173,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
 FN void path_step(const scene *s, const film *f, path *p) {
     ireal max_depth = I(s->params->max_depth);
     mask looking = p->alive & p->first;
+    if (HAS(LIGHT_LAYERS)) p->layers.segments = p->alive ? p->layers.segments + R(1) : p->layers.segments;
     hit h = closest(&s->geometry, p->o, p->d, R(0), p->t_max, p->alive);
     mask met = h.prim >= I(0);
     real t = h.t;

@@ -218,7 +218,7 @@ FN void path_connect(const scene *s, path *p, const medium *m, real t_end, mask 
     if (!ANY(live)) return;
     /* From y: rays that leave a surface don't meet it again however large it is, those that end on it may. */
     rgb seen = visibility(s, c.y, vneg(c.wi), c.distance * SHORT_OF_LIGHT, p->medium, live);
-    path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))));
+    path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))), TRUE_MASK, 2);
 }
 
 #endif

@@ -50,7 +50,7 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     if (!ANY(live)) return;
     rgb seen = visibility(s, vertex_origin(v, a.wi), a.wi, a.distance * SHORT_OF_LIGHT, vertex_medium(s, p, v, a.wi),
                           live);
-    path_add(p, live, cmul(value, seen));
+    path_add(p, live, cmul(value, seen), v->in_medium, 1);
 }
 
 FN real power_heuristic(real a, real b) {
@@ -84,7 +84,7 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
     mask far = e.distance >= FAR_AWAY;
     vec d = vselect(far, e.wi, vscale(to, R(1) / length));
     rgb seen = visibility(s, origin, d, far ? FAR_AWAY : length * SHORT_OF_LIGHT, vertex_medium(s, p, v, d), live);
-    path_add(p, live, cmul(value, seen));
+    path_add(p, live, cmul(value, seen), v->in_medium, 1);
 }
 
 /* Weight of light that the path itself met, which light sampling from the last scattering event could have found with

@@ -11,7 +11,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     mask in = p->alive & (p->medium >= I(0));
     ireal max_depth = I(s->params->max_depth);
     mask glows = in & !is_black(m->emission);
-    if (ANY(glows)) path_add(p, glows, medium_emission(m, *t));
+    if (ANY(glows)) path_add(p, glows, medium_emission(m, *t), TRUE_MASK, 0);
 
     rgb sigma_s = cmul(m->sigma_t, m->albedo);
     mask scattering = HAS(SCATTERING) ? in & !is_black(sigma_s) : FALSE_MASK;
@@ -47,7 +47,8 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         at.inside = p->medium;
         at.primary = p->depth == I(0);
         at.throughput = p->throughput;
-        path_add(p, gathers, scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), place, by_lamps, by_emitters));
+        rgb gathered = scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), place, by_lamps, by_emitters);
+        path_add(p, gathers, gathered, TRUE_MASK, 1);
     }
 
     /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for

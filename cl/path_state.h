@@ -4,6 +4,7 @@
 
 #include "camera.h"
 #include "filter.h"
+#include "light_layers.h"
 #include "light_ray.h"
 #include "random.h"
 #include "scatter_emitter.h"
@@ -27,12 +28,16 @@ typedef struct {
     mask alive;
     rng random;
     light_ray light;   /* with INDIRECT_RAY_LIGHTS */
+    light_layers layers; /* with LIGHT_LAYERS */
     flight_record flew; /* with SCATTERS_EMITTERS, where from_medium */
 } path;
 
 #define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
 
-FN void path_add(path *p, mask m, rgb value) {
+/* Light that is found behind `more` scattering events beyond those of the path; where the first of them lies, or its
+ * source if there are none: in a medium or not. */
+FN void path_add(path *p, mask m, rgb value, mask in_medium, int more) {
+    if (HAS(LIGHT_LAYERS)) light_layers_add(&p->layers, m, p->throughput, value, in_medium, more);
     p->radiance = cselect(m, cmad(p->throughput, value, p->radiance), p->radiance);
 }
 
@@ -49,6 +54,7 @@ FN path path_none(void) {
     p.depth = p.segments = I(0);
     p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
     if (INDIRECT_IS_RAYS) p.light = light_ray_none();
+    if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     p.random.key = p.random.index = U32(0);
     p.random.sampler = SAMPLER_SOBOL;
@@ -80,6 +86,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.first = TRUE_MASK;
     p.met = p.from_medium = FALSE_MASK;
     p.alive = live;
+    if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     if (INDIRECT_IS_RAYS) {
         random4 v = random_set(&p.random, SET_LIGHT_RAY);
@@ -107,6 +114,7 @@ FN path path_select(mask m, path a, path b) {
     p.met = m ? a.met : b.met;
     p.from_medium = m ? a.from_medium : b.from_medium;
     if (INDIRECT_IS_RAYS) p.light = light_ray_select(m, a.light, b.light);
+    if (HAS(LIGHT_LAYERS)) p.layers = light_layers_select(m, a.layers, b.layers);
     if (SCATTERS_EMITTERS) p.flew = flight_record_select(m, a.flew, b.flew);
     p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);

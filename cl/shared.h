@@ -35,7 +35,8 @@ typedef uint32_t b_uint;
 #define FEATURE_CHROMATIC 2048 /* extinction that differs between colours */
 #define FEATURE_ANISOTROPY 4096 /* media with a mean cosine other than 0 */
 #define FEATURE_SCATTERING 8192 /* media that scatter: else they only absorb and glow, exactly */
-#define FEATURE_ALL 16383
+#define FEATURE_LIGHT_LAYERS 16384 /* light in parts (light_layers.h); only together with GUIDES */
+#define FEATURE_ALL 32767
 
 /* Which estimators are compiled (-DSTRATEGY=..., -DINDIRECT=...): the numbers of brume.h. */
 #define STRATEGY_AUTO 0
@@ -313,6 +314,12 @@ SIZE_IS(b_params, 336);
 #define FILM_HIT_COUNT 17  /* samples with a first hit, for the mean depth */
 #define FILM_ALPHA 18      /* samples that met a surface, a scatterer or an environment */
 #define FILM_GUIDE_PLANES 19
+#define FILM_SURFACE_DIRECT 19 /* from here on with FEATURE_LIGHT_LAYERS only: three planes each; plain sums */
+#define FILM_SURFACE_INDIRECT 22
+#define FILM_VOLUME_DIRECT 25
+#define FILM_VOLUME_INDIRECT 28
+#define FILM_SEGMENTS 31       /* of paths, traced */
+#define FILM_LAYER_PLANES 32
 
 /* How a lamp's visibility along a pixel's camera rays is found (STRATEGY_AUTO): one byte per lamp, up to EVERY_LAMP,
  * and pixel slot, lamp by lamp. Written by a pilot sample that adds nothing to the film. */

@@ -459,6 +459,8 @@ typedef struct brume_render_desc {
     brume_precision precision; /* FLOAT */
     uint32_t lanes;            /* paths per work-item: 1, 4, 8, 16; 0: what suits the device */
     uint32_t guides;           /* record albedo, normal and depth; 1 */
+    uint32_t light_layers;     /* record direct, indirect, surface and volume light, and segments: 13 floats a pixel on
+                                  the device; then guides, too; 0 */
     uint32_t sample_count;     /* per pixel, up to 2^24; 0: the scene's, with a noise threshold or time limit as many as
                                   it takes */
     uint32_t first_sample;     /* index of the first: ranges [first, first + count) of several renders add up; 0 */
@@ -596,15 +598,26 @@ typedef enum brume_channel {
     BRUME_CHANNEL_ERROR = 7,        /* 3 floats: of the mean, the variance that the error estimate knows of, from the
                                        5 x 5 pixels around: with Sobol' points far below VARIANCE, which it is while the
                                        estimate knows nothing */
-    BRUME_CHANNEL_BAD_SAMPLES = 8   /* 1 float: samples dropped because they came out NaN or infinite */
+    BRUME_CHANNEL_BAD_SAMPLES = 8,  /* 1 float: samples dropped because they came out NaN or infinite */
+    /* With brume_render_desc.light_layers, 3 floats: the radiance in two parts, by how often light was scattered, */
+    BRUME_CHANNEL_DIRECT = 9,       /* not at all or once (by a surface of any kind or a medium): as with max_depth 2 */
+    BRUME_CHANNEL_INDIRECT = 10,    /* more often; direct + indirect = radiance, to the rounding of float sums */
+    /* and in two others, by where it is seen: the first place from the eye that scatters or emits it, specular and null
+     * surfaces left out, */
+    BRUME_CHANNEL_SURFACE = 11,     /* is a surface, or beyond the scene */
+    BRUME_CHANNEL_VOLUME = 12,      /* lies in a medium; surface + volume = radiance */
+    BRUME_CHANNEL_SEGMENTS = 13     /* 1 float: segments of paths per sample. What a pixel cost, as far as it can be
+                                       told: times sampleCount; shadow rays not counted. Paths share the lanes of vector
+                                       units, so that no pixel has a time of its own */
 } brume_channel;
 
 /* What the channel is called as a layer of an EXR: "albedo", "N", "Z", "variance" (BRUME_CHANNEL_ERROR), "sampleCount",
- * "badSamples". NULL where it is no layer: the radiance and alpha, which an EXR has anyway, VARIANCE, other numbers. */
+ * "badSamples", "direct", "indirect", "surface", "volume", "segments". NULL where it is no layer: the radiance and
+ * alpha, which an EXR has anyway, VARIANCE, other numbers. */
 BRUME_API const char *brume_channel_name(brume_channel channel);
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
- * Guides need brume_render_desc.guides. */
+ * Alpha, albedo, normal and depth need brume_render_desc.guides, parts of the light and segments light_layers. */
 BRUME_API brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count);
 
 /* ---- one sample, explained --------------------------------------------------------------------------------------- */

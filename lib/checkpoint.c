@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "../cl/shared.h"
+#include "film.h"
 
 typedef struct prelude {
     char magic[8];
@@ -64,7 +64,7 @@ brume_result brume_checkpoint_read(brume_context *context, const char *path, bru
     memcpy(&c.head, bytes, sizeof c.head);
     const brume_checkpoint_head *h = &c.head;
     uint64_t pixels = (uint64_t)h->width * h->height;
-    uint64_t planes = pixels * (h->guides ? FILM_GUIDE_PLANES : FILM_PLANES) * sizeof(float);
+    uint64_t planes = pixels * brume_film_plane_count(h->recorded) * sizeof(float);
     if (memcmp(sum, first.sum, sizeof sum) != 0)
         result = wrong(context, path, "is damaged: its checksum is wrong");
     else if (pixels == 0 || pixels > INT32_MAX || first.size - sizeof *h < planes || !memchr(h->device, 0, 128))
@@ -116,7 +116,7 @@ brume_result brume_checkpoint_same_picture(brume_context *context, const char *p
     static const setting settings[] = {
         SETTING("width", full_width, 1),    SETTING("height", full_height, 1), SETTING("crop's left edge", crop_x, 1),
         SETTING("crop's top edge", crop_y, 1), SETTING("crop's width", width, 1), SETTING("crop's height", height, 1),
-        SETTING("seed", seed, 1),           SETTING("precision", precision, 0), SETTING("choice of guides", guides, 0),
+        SETTING("seed", seed, 1),           SETTING("precision", precision, 0), SETTING("choice of layers", recorded, 0),
         SETTING("sampler", sampler, 0),     SETTING("strategy", strategy, 0),  SETTING("strategy", positions, 0),
         SETTING("way of indirect light", indirect, 0), SETTING("choice of effects", without, 0),
         SETTING("clamp", clamp, 0),         {NULL, 0, 0}};

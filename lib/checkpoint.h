@@ -16,7 +16,7 @@ typedef struct brume_checkpoint_head {
     uint8_t scene[SHA256_SIZE];   /* the arrays that the kernels read */
     uint8_t kernels[SHA256_SIZE]; /* their source */
     uint32_t width, height, full_width, full_height, crop_x, crop_y;
-    uint32_t precision, guides, sampler, seed, strategy, positions, indirect, without;
+    uint32_t precision, recorded, sampler, seed, strategy, positions, indirect, without;
     /* What makes them states of one render, too. */
     uint32_t first_sample, sample_count, adaptive, has_time_limit, error_estimate;
     float clamp;           /* among those above */
@@ -45,7 +45,7 @@ typedef struct brume_checkpoint_head {
 /* A file in memory. */
 typedef struct brume_checkpoint {
     brume_checkpoint_head head;
-    const float *planes;   /* FILM_PLANES, with guides FILM_GUIDE_PLANES, of height x width */
+    const float *planes;   /* brume_film_plane_count(head.recorded), of height x width */
     const uint8_t *rest;   /* the arrays after them */
     size_t rest_size;
     uint8_t *bytes;        /* owned: all of it */

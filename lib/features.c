@@ -5,11 +5,12 @@
 
 #include "../cl/shared.h"
 
-/* Needed where all of `all` and any of `any` are there. FEATURE_GUIDES is asked for by the render, not by the scene.
+/* Needed where all of `all` and any of `any` are there. FEATURE_GUIDES and FEATURE_LIGHT_LAYERS are asked for by the
+ * render, not by the scene.
  *
  * Comments: processor time and size of a program that has it too many, over one that doesn't (bench-effects --bits,
  * 16 lanes, AVX-512; times scatter by 0.01), for spots in a room without a medium and in fog. Size goes with compile
- * time. 1536 masks can come out, without guides; only those of scenes that are rendered are ever built. */
+ * time. 1536 masks can come out, without those two; only those of scenes that are rendered are ever built. */
 static const struct { const char *name; uint32_t bit, all, any; } table[] = {
     /* no medium 1.005, +23 KiB */
     {"media", FEATURE_MEDIA, 0, EFFECT(MEDIA)},
@@ -42,6 +43,8 @@ static const struct { const char *name; uint32_t bit, all, any; } table[] = {
     {"scattering", FEATURE_SCATTERING, 0, EFFECT(SCATTERING)},
     /* fog 1.056, +56 KiB */
     {"anisotropy", FEATURE_ANISOTROPY, 0, EFFECT(ANISOTROPY)},
+    /* 32 planes of film instead of 19, and 12 numbers more for each path */
+    {"light-layers", FEATURE_LIGHT_LAYERS, 0, 0},
 };
 enum { FEATURE_COUNT = sizeof table / sizeof table[0] };
 

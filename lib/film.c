@@ -21,6 +21,10 @@ size_t brume_film_slot_of(const brume_film_layout *l, uint32_t x, uint32_t y) {
     return group * l->tile_width * l->tile_height + (y % l->tile_height) * l->tile_width + x % l->tile_width;
 }
 
+size_t brume_film_plane_count(uint32_t recorded) {
+    return recorded == 0 ? FILM_PLANES : recorded == 1 ? FILM_GUIDE_PLANES : FILM_LAYER_PLANES;
+}
+
 /* Variance of the mean of n samples: (sum of squares - n mean^2) / (n (n - 1)). */
 static double variance_of_mean(double sum, double squares, double n) {
     if (n < 2) return 0;
@@ -35,6 +39,7 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
         for (uint32_t x = 0; x < l->width; x++) {
             const float *at = planes + brume_film_slot_of(l, x, y);
 #define PLANE(k) ((double)at[(size_t)(k) * slots])
+#define PARTS(a, b) for (int c = 0; c < 3; c++) *out++ = (float)(w * scale * (PLANE((a) + c) + PLANE((b) + c)));
             double n = PLANE(FILM_COUNT), w = filter_weight, scale = n > 0 ? 1 / n : 0;
             switch (channel) {
             case BRUME_CHANNEL_RADIANCE:
@@ -59,9 +64,15 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
             }
             case BRUME_CHANNEL_ERROR:
             case BRUME_CHANNEL_BAD_SAMPLES: break; /* not the film's to know */
+            case BRUME_CHANNEL_DIRECT: PARTS(FILM_SURFACE_DIRECT, FILM_VOLUME_DIRECT) break;
+            case BRUME_CHANNEL_INDIRECT: PARTS(FILM_SURFACE_INDIRECT, FILM_VOLUME_INDIRECT) break;
+            case BRUME_CHANNEL_SURFACE: PARTS(FILM_SURFACE_DIRECT, FILM_SURFACE_INDIRECT) break;
+            case BRUME_CHANNEL_VOLUME: PARTS(FILM_VOLUME_DIRECT, FILM_VOLUME_INDIRECT) break;
+            case BRUME_CHANNEL_SEGMENTS: *out++ = (float)(scale * PLANE(FILM_SEGMENTS)); break;
             case BRUME_CHANNEL_SAMPLE_COUNT: *out++ = (float)n; break;
             case BRUME_CHANNEL_ALPHA: *out++ = (float)(scale * PLANE(FILM_ALPHA)); break;
             }
+#undef PARTS
 #undef PLANE
         }
     }

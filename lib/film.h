@@ -19,8 +19,12 @@ size_t brume_film_slot_count(const brume_film_layout *layout);
 /* Where a pixel of the crop lies in a plane. */
 size_t brume_film_slot_of(const brume_film_layout *layout, uint32_t x, uint32_t y);
 
-/* planes: FILM_PLANES or FILM_GUIDE_PLANES times the slot count, as read from the device. out: height x width x
- * (3 or 1) floats. filter_weight: b_params.filter_weight. */
+/* What a film records, by number: 0 the radiance alone, 1 with guides, 2 with those and the parts of the light; and the
+ * planes that it takes. */
+size_t brume_film_plane_count(uint32_t recorded);
+
+/* planes: FILM_PLANES, FILM_GUIDE_PLANES or FILM_LAYER_PLANES times the slot count, as read from the device. out:
+ * height x width x (3 or 1) floats. filter_weight: b_params.filter_weight. */
 void brume_film_resolve(const brume_film_layout *layout, const float *planes, float filter_weight,
                         brume_channel channel, float *out);
 

@@ -8,7 +8,7 @@
 #include "platform.h"
 #include "render.h"
 
-enum { PICTURE_COOKIE = 0x62720002, MAX_CHANNELS = 16, MAX_ATTRIBUTES = 24 };
+enum { PICTURE_COOKIE = 0x62720002, MAX_CHANNELS = 32, MAX_ATTRIBUTES = 24 };
 
 brume_picture_desc brume_picture_desc_default(void) {
     brume_picture_desc desc;
@@ -25,19 +25,24 @@ typedef struct layer {
     const char *layer; /* NULL: it is none */
     int size;
     const char *names[3];
-    int guide; /* needs brume_render_desc.guides */
-    enum { ALWAYS, WITH_ALPHA, WITH_LAYERS, IF_BAD /* or asked for */ } when;
+    enum { ALWAYS, WITH_ALPHA, LIGHT, WITH_LAYERS, IF_BAD } when; /* LIGHT: in the radiance's format */
 } layer;
 
 static const layer layers[] = {
-    {BRUME_CHANNEL_RADIANCE, NULL, 3, {"R", "G", "B"}, 0, ALWAYS},
-    {BRUME_CHANNEL_ALPHA, NULL, 1, {"A", NULL, NULL}, 1, WITH_ALPHA},
-    {BRUME_CHANNEL_ALBEDO, "albedo", 3, {"albedo.R", "albedo.G", "albedo.B"}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_NORMAL, "N", 3, {"N.X", "N.Y", "N.Z"}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_DEPTH, "Z", 1, {"Z", NULL, NULL}, 1, WITH_LAYERS},
-    {BRUME_CHANNEL_ERROR, "variance", 3, {"variance.R", "variance.G", "variance.B"}, 0, WITH_LAYERS},
-    {BRUME_CHANNEL_SAMPLE_COUNT, "sampleCount", 1, {"sampleCount", NULL, NULL}, 0, WITH_LAYERS},
-    {BRUME_CHANNEL_BAD_SAMPLES, "badSamples", 1, {"badSamples", NULL, NULL}, 0, IF_BAD},
+    {BRUME_CHANNEL_RADIANCE, NULL, 3, {"R", "G", "B"}, ALWAYS},
+    {BRUME_CHANNEL_ALPHA, NULL, 1, {"A", NULL, NULL}, WITH_ALPHA},
+    {BRUME_CHANNEL_ALBEDO, "albedo", 3, {"albedo.R", "albedo.G", "albedo.B"}, WITH_LAYERS},
+    {BRUME_CHANNEL_NORMAL, "N", 3, {"N.X", "N.Y", "N.Z"}, WITH_LAYERS},
+    {BRUME_CHANNEL_DEPTH, "Z", 1, {"Z", NULL, NULL}, WITH_LAYERS},
+    {BRUME_CHANNEL_ERROR, "variance", 3, {"variance.R", "variance.G", "variance.B"}, WITH_LAYERS},
+    {BRUME_CHANNEL_SAMPLE_COUNT, "sampleCount", 1, {"sampleCount", NULL, NULL}, WITH_LAYERS},
+    {BRUME_CHANNEL_DIRECT, "direct", 3, {"direct.R", "direct.G", "direct.B"}, LIGHT},
+    {BRUME_CHANNEL_INDIRECT, "indirect", 3, {"indirect.R", "indirect.G", "indirect.B"}, LIGHT},
+    {BRUME_CHANNEL_SURFACE, "surface", 3, {"surface.R", "surface.G", "surface.B"}, LIGHT},
+    {BRUME_CHANNEL_VOLUME, "volume", 3, {"volume.R", "volume.G", "volume.B"}, LIGHT},
+    {BRUME_CHANNEL_SEGMENTS, "segments", 1, {"segments", NULL, NULL}, WITH_LAYERS},
+    /* written if there are any, or if asked for */
+    {BRUME_CHANNEL_BAD_SAMPLES, "badSamples", 1, {"badSamples", NULL, NULL}, IF_BAD},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
 
@@ -55,9 +60,9 @@ const char *brume_channel_name(brume_channel channel) {
 /* Whether an EXR gets this one. */
 static int is_written(const brume_render *render, const brume_picture_desc *desc, const layer *l) {
     if (l->when == WITH_ALPHA && !render->film.alpha) return 0;
-    if (l->when >= WITH_LAYERS && !(desc->layers >> l->channel & 1)) return 0;
+    if (l->layer && !(desc->layers >> l->channel & 1)) return 0;
     if (l->when == IF_BAD && desc->layers == BRUME_LAYERS_RECORDED && render->stats.bad_samples == 0) return 0;
-    return !l->guide || render->desc.guides;
+    return brume_render_records(render, l->channel);
 }
 
 static brume_result check_layers(const brume_render *render, const char *path, uint32_t set) {
@@ -66,7 +71,7 @@ static brume_result check_layers(const brume_render *render, const char *path, u
         const layer *l = layer_of((brume_channel)i);
         if (!l)
             return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: channel %u is no layer", path, i);
-        if (l->guide && !render->desc.guides)
+        if (!brume_render_records(render, l->channel))
             return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s",
                               path, l->layer);
     }

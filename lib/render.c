@@ -92,9 +92,13 @@ static brume_result check_desc(brume_context *context, const brume_device *devic
 
 /* Builds the program for what the scene calls for. */
 static brume_result build_program(brume_render *render, const brume_arrays *arrays) {
+    /* They have planes of the film: never without. */
+    const uint32_t recorded = FEATURE_GUIDES | FEATURE_LIGHT_LAYERS;
     uint32_t features = arrays->features | (render->desc.extra_features & FEATURE_ALL);
-    if (render->desc.generic) features = FEATURE_ALL & ~(uint32_t)FEATURE_GUIDES;
+    if (render->desc.generic) features = FEATURE_ALL;
+    features &= ~recorded;
     if (render->desc.guides) features |= FEATURE_GUIDES;
+    if (render->desc.light_layers) features |= FEATURE_LIGHT_LAYERS;
     render->stats.features = features;
     return brume_render_program_start(render, features, arrays->bvh.stack_size);
 }
@@ -187,6 +191,7 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
     int has_goal = desc.noise_threshold > 0 || desc.time_limit > 0;
     if (desc.sample_count == 0) desc.sample_count = has_goal ? GOAL_SAMPLES : scene->integrator.sample_count;
     if (has_goal || desc.adaptive == BRUME_ADAPTIVE_ON) desc.error_estimate = 1;
+    if (desc.light_layers) desc.guides = 1;
     if (desc.use_seed) arrays.params.seed = desc.seed;
     if (!desc.use_strategy) {
         desc.strategy = scene->integrator.strategy;
@@ -314,13 +319,37 @@ static int channel_size(brume_channel channel) {
     case BRUME_CHANNEL_VARIANCE:
     case BRUME_CHANNEL_ERROR:
     case BRUME_CHANNEL_ALBEDO:
+    case BRUME_CHANNEL_DIRECT:
+    case BRUME_CHANNEL_INDIRECT:
+    case BRUME_CHANNEL_SURFACE:
+    case BRUME_CHANNEL_VOLUME:
     case BRUME_CHANNEL_NORMAL: return 3;
     case BRUME_CHANNEL_DEPTH:
     case BRUME_CHANNEL_SAMPLE_COUNT:
     case BRUME_CHANNEL_BAD_SAMPLES:
+    case BRUME_CHANNEL_SEGMENTS:
     case BRUME_CHANNEL_ALPHA: return 1;
     }
     return 0;
+}
+
+uint32_t brume_render_recorded(const brume_render *render) {
+    return render->desc.light_layers ? 2 : render->desc.guides != 0;
+}
+
+int brume_render_records(const brume_render *render, brume_channel channel) {
+    switch (channel) {
+    case BRUME_CHANNEL_ALBEDO:
+    case BRUME_CHANNEL_NORMAL:
+    case BRUME_CHANNEL_DEPTH:
+    case BRUME_CHANNEL_ALPHA: return render->desc.guides != 0;
+    case BRUME_CHANNEL_DIRECT:
+    case BRUME_CHANNEL_INDIRECT:
+    case BRUME_CHANNEL_SURFACE:
+    case BRUME_CHANNEL_VOLUME:
+    case BRUME_CHANNEL_SEGMENTS: return render->desc.light_layers != 0;
+    default: return 1;
+    }
 }
 
 brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count) {
@@ -332,13 +361,12 @@ brume_result brume_render_read(brume_render *render, brume_channel channel, floa
     if (count != needed)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: room for %zu floats, expected %zu", count,
                           needed);
-    int guide = channel == BRUME_CHANNEL_ALBEDO || channel == BRUME_CHANNEL_NORMAL ||
-                channel == BRUME_CHANNEL_DEPTH || channel == BRUME_CHANNEL_ALPHA;
-    if (guide && !render->desc.guides)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record guides");
+    if (!brume_render_records(render, channel))
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record %s",
+                          brume_channel_name(channel) ? brume_channel_name(channel) : "alpha");
     float *data = NULL, *counts = NULL;
     brume_result result =
-        brume_render_read_planes(render, render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES, &data);
+        brume_render_read_planes(render, brume_film_plane_count(brume_render_recorded(render)), &data);
     if (result == BRUME_OK && channel == BRUME_CHANNEL_ERROR && render->error.known) {
         counts = malloc(needed / 3 * sizeof *counts);
         if (counts) brume_film_resolve(&render->layout, data, 1, BRUME_CHANNEL_SAMPLE_COUNT, counts);

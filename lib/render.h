@@ -76,6 +76,9 @@ struct brume_render {
 brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
                                int traced, brume_render **out);
 
+/* Whether the film has what the channel is made of. */
+int brume_render_records(const brume_render *render, brume_channel channel);
+
 /* ---- render_buffers.c ---- */
 
 /* The scene on the device, and an empty film; BRUME_ERROR_MEMORY says how much is needed and how much there is. */
@@ -96,7 +99,10 @@ cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units
  * memory. */
 cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
-/* The film's sums as they are: FILM_PLANES planes, with the guides FILM_GUIDE_PLANES, malloc'ed. */
+/* For brume_film_plane_count. */
+uint32_t brume_render_recorded(const brume_render *render);
+
+/* The film's sums as they are, `planes` of them from the first on, malloc'ed. */
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
 
 /* ---- render_bad.c: samples that came out NaN or infinite ---- */

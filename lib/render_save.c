@@ -60,7 +60,7 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
     out->crop_x = s->crop_x;
     out->crop_y = s->crop_y;
     out->precision = r->desc.precision;
-    out->guides = r->desc.guides != 0;
+    out->recorded = brume_render_recorded(r);
     out->sampler = (uint32_t)r->params.sampler;
     out->seed = s->seed;
     out->strategy = s->strategy;
@@ -122,7 +122,7 @@ typedef struct planes {
 } planes;
 
 static planes film_of(const brume_render *r) {
-    return (planes){r->planes, r->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES, sizeof(float)};
+    return (planes){r->planes, (uint32_t)brume_film_plane_count(brume_render_recorded(r)), sizeof(float)};
 }
 
 static planes plan_of(const brume_render *r) { return (planes){r->plan, r->needs_pilot ? EVERY_LAMP : 0, 1}; }

@@ -60,9 +60,9 @@ static int compare(brume_context *context, brume_device *device, const char *pat
     /* Each bit; then none, at the device's width; then the generic program at both. */
     for (uint32_t k = 0; k < 32 + 3 && !failed; k++) {
         uint32_t bit = k < 32 ? FEATURE_ALL & (1u << k) : 0;
-        if (k < 32 && (!bit || (needed & bit) || bit == FEATURE_GUIDES)) continue;
+        if (k < 32 && (!bit || (needed & bit) || bit == FEATURE_GUIDES || bit == FEATURE_LIGHT_LAYERS)) continue;
         desc.extra_features = bit;
-        desc.generic = desc.guides = k > 32;
+        desc.generic = desc.light_layers = k > 32;
         desc.lanes = k == 32 || k == 34 ? 0 : 1;
         uint32_t features = render(context, device, scene, &desc, other);
         failed = features != (k > 32 ? (uint32_t)FEATURE_ALL : needed | bit);

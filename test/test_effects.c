@@ -297,13 +297,13 @@ static void every_covering_mask_gives_the_same_bits(void **state) {
         uint32_t needed = render(scene, &desc, special);
         assert_true(sum_of(special) > 0);
         for (uint32_t bit = 1; bit < FEATURE_ALL && !quick; bit <<= 1) {
-            if ((needed & bit) || bit == FEATURE_GUIDES) continue;
+            if ((needed & bit) || bit == FEATURE_GUIDES || bit == FEATURE_LIGHT_LAYERS) continue;
             desc.extra_features = bit;
             assert_int_equal(render(scene, &desc, other), needed | bit);
             if (memcmp(special, other, sizeof special) != 0) fail_msg("scene %zu with feature %u added", i, bit);
         }
         desc.extra_features = 0;
-        desc.guides = desc.generic = 1;
+        desc.guides = desc.generic = desc.light_layers = 1;
         assert_int_equal(render(scene, &desc, other), FEATURE_ALL);
         assert_memory_equal(special, other, sizeof special);
         desc.lanes = 0;

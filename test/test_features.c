@@ -93,7 +93,8 @@ static void test_features(void **state) {
         {"d", FEATURE_DELTA_LIGHTS | FEATURE_TEXTURES, 0},
         {"c", FEATURE_ENVIRONMENT, 1},
         {"rsngi2zetpcdf", 
-         FEATURE_ALL & ~(FEATURE_GUIDES | FEATURE_MANY_LIGHTS | FEATURE_CHROMATIC | FEATURE_ANISOTROPY), 1},
+         FEATURE_ALL & ~(FEATURE_GUIDES | FEATURE_LIGHT_LAYERS | FEATURE_MANY_LIGHTS | FEATURE_CHROMATIC |
+                         FEATURE_ANISOTROPY), 1},
     };
     for (size_t i = 0; i < sizeof rows / sizeof *rows; i++) {
         brume_scene *scene = scene_with_sensor();
