@@ -55,7 +55,7 @@ brume_render *create(const brume_scene *scene, const brume_render_desc *desc) {
 void finish(brume_render *render, whole_film *out) {
     brume_render_stats stats;
     float *planes;
-    size_t count = render->desc.guides ? FILM_GUIDE_PLANES : FILM_PLANES;
+    size_t count = brume_film_plane_count(brume_render_recorded(render));
     must(brume_render_run(render, NULL, NULL));
     must(brume_render_get_stats(render, &stats));
     memset(out, 0, sizeof *out);

@@ -9,7 +9,7 @@ enum { WIDTH = 48, HEIGHT = 30, COUNT = WIDTH * HEIGHT };
 
 /* All that a render came to: the planes as the device has them, and what it knows of its error. */
 typedef struct whole_film {
-    float planes[FILM_GUIDE_PLANES * 2 * COUNT]; /* room for tiles that lie partly outside */
+    float planes[FILM_LAYER_PLANES * 2 * COUNT]; /* room for tiles that lie partly outside */
     size_t used;
     float error[3 * COUNT];
     uint64_t samples;

@@ -61,8 +61,8 @@ static void in_pieces(const brume_scene *scene, const brume_render_desc *desc, i
 static void broken_renders_come_out_the_same(void **state) {
     (void)state;
     NEEDS_DEVICE();
-    static const struct { uint32_t first, count; brume_adaptive adaptive; double threshold; int guides; } cases[] = {
-        {0, 37, BRUME_ADAPTIVE_AUTO, 0, 1},    {16, 21, BRUME_ADAPTIVE_AUTO, 0, 1}, {0, 32, BRUME_ADAPTIVE_ON, 0, 1},
+    static const struct { uint32_t first, count; brume_adaptive adaptive; double threshold; int recorded; } cases[] = {
+        {0, 37, BRUME_ADAPTIVE_AUTO, 0, 2},    {16, 21, BRUME_ADAPTIVE_AUTO, 0, 1}, {0, 32, BRUME_ADAPTIVE_ON, 0, 1},
         {0, 0, BRUME_ADAPTIVE_AUTO, 4e-3, 0},  {0, 0, BRUME_ADAPTIVE_OFF, 8e-3, 1},
         {0, 100, BRUME_ADAPTIVE_ON, 1e-9, 0}};
     static whole_film whole, pieces;
@@ -73,7 +73,8 @@ static void broken_renders_come_out_the_same(void **state) {
         desc.sample_count = cases[i].count;
         desc.adaptive = cases[i].adaptive;
         desc.noise_threshold = cases[i].threshold;
-        desc.guides = (uint32_t)cases[i].guides;
+        desc.guides = cases[i].recorded > 0;
+        desc.light_layers = cases[i].recorded > 1;
         finish(create(scene, &desc), &whole);
         assert_true(whole.complete);
         places seen;
