@@ -23,6 +23,7 @@
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make bench         against Mitsuba, Cycles and LuxCore: out/bench/; ARGS="--quick --scenes open-beam --peers cycles"
 # make bench-peers   installs these (from PyPI, into build/bench/venv; and libllvm19, for Mitsuba)
+# make bench-traversal rays a second against Embree (libembree-dev, which it installs), on one core
 # make check-bench   what bench computes, held against known answers
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions

@@ -1,6 +1,6 @@
 # bench.mk -- brume against other renderers. Included by the Makefile.
 
-.PHONY: bench bench-peers check-bench
+.PHONY: bench bench-peers bench-traversal check-bench
 
 bench-peers:
 	@sh lib/deps.sh python3 python3-venv libllvm19 || echo "bench-peers: no libllvm19: Mitsuba is scalar"
@@ -9,6 +9,16 @@ bench-peers:
 # A quarter of an hour once its references are rendered; build/bench/venv/bin/python test/bench/bench.py --help
 bench: all $(build)/test/bench/worker build/meshes/ball.ply
 	@python3 test/bench/bench.py $(build) $(ARGS)
+
+# On one core. ARGS=11: rounds
+bench-traversal:
+	@sh lib/deps.sh libembree-dev
+	@$(MAKE) --no-print-directory $(build)/test/bench/traversal
+	@mkdir -p out/bench
+	POCL_MAX_PTHREAD_COUNT=1 taskset -c 0 $(build)/test/bench/traversal out/bench/traversal.json $(ARGS)
+
+$(build)/test/bench/traversal: $(patsubst %,$(build)/test/bench/%.o,traversal traversal_meshes) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ -lembree3 $(libs)
 
 # What it computes, held against known answers.
 check-bench:
