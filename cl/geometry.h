@@ -22,10 +22,12 @@ typedef struct {
 
 /* a + u (b - a) + v (c - a): exactly in the plane but for one rounding, which a float sum misses by the triangle's
  * extent. */
-FN real exact_mix(real a, real b, real c, real u, real v) {
-    pair sum = pair_add(pair_mul(pair_sum(b, -a), pair_of(u)), pair_mul(pair_sum(c, -a), pair_of(v)));
+FN real exact_mix_of(real a, real b, real c, pair u, pair v) {
+    pair sum = pair_add(pair_mul(pair_sum(b, -a), u), pair_mul(pair_sum(c, -a), v));
     return pair_value(pair_add(pair_of(a), sum));
 }
+
+FN real exact_mix(real a, real b, real c, real u, real v) { return exact_mix_of(a, b, c, pair_of(u), pair_of(v)); }
 
 /* a + u e + v f, with one rounding. */
 FN real exact_along(real a, real e, real f, real u, real v) {
@@ -37,10 +39,13 @@ FN vec vexact_mix(vec a, vec b, vec c, real u, real v) {
     return vmake(exact_mix(a.x, b.x, c.x, u, v), exact_mix(a.y, b.y, c.y, u, v), exact_mix(a.z, b.z, c.z, u, v));
 }
 
+FN real edges_size(vec e1, vec e2) {
+    return lmax(lmax(fabs(e1.x), lmax(fabs(e1.y), fabs(e1.z))), lmax(fabs(e2.x), lmax(fabs(e2.y), fabs(e2.z))));
+}
+
 /* Unit normal of a triangle with edges e1, e2 of any size whose squares may not be floats. */
 FN vec edges_normal(vec e1, vec e2) {
-    real size = lmax(lmax(fabs(e1.x), lmax(fabs(e1.y), fabs(e1.z))), lmax(fabs(e2.x), lmax(fabs(e2.y), fabs(e2.z))));
-    real scale = R(1) / lclamp(size, R(1e-36), R(1e36));
+    real scale = R(1) / lclamp(edges_size(e1, e2), R(1e-36), R(1e36));
     vec n = vcross(vscale(e1, scale), vscale(e2, scale));
     real length = sqrt(vdot(n, n));
     return vscale(n, R(1) / lmax(length, R(1e-18)));
@@ -64,8 +69,28 @@ FN real turns_of(real y, real x) {
     return turns < R(1) ? turns : R(0);
 }
 
+/* A float's step in the weights u, v is a step of 2^-24 of the triangle's edges: from so many times the distances
+ * involved on, it is to be seen. */
+#define LARGE_TRIANGLE R(4096)
+
+/* The point at weights u, v of the triangle a, a + e1, a + e2, that o + t d hit. Of a large triangle, the weights are
+ * first corrected by what the ray's own point is away along the plane. */
+FN vec triangle_point(vec a, vec b, vec c, vec e1, vec e2, vec o, vec d, hit h, mask live) {
+    vec p = vexact_mix(a, b, c, h.u, h.v);
+    real size = edges_size(e1, e2), from = lmax(h.t, lmax(fabs(o.x), lmax(fabs(o.y), fabs(o.z))));
+    mask large = live & (size > LARGE_TRIANGLE * from);
+    if (!ANY(large)) return p;
+    real scale = R(1) / lclamp(size, R(1e-36), R(1e36));
+    vec f1 = vscale(e1, scale), f2 = vscale(e2, scale), n = vcross(f1, f2);
+    vec off = vscale(vsub(vmad(d, h.t, o), p), scale / lmax(vdot(n, n), R(1e-36)));
+    pair u = pair_sum(h.u, vdot(vcross(off, f2), n)), v = pair_sum(h.v, vdot(vcross(f1, off), n));
+    vec corrected = vmake(exact_mix_of(a.x, b.x, c.x, u, v), exact_mix_of(a.y, b.y, c.y, u, v),
+                          exact_mix_of(a.z, b.z, c.z, u, v));
+    return vselect(large, corrected, p);
+}
+
 /* `tangent` comes out as dp/du of any length. */
-FN void triangle_surface(const scene *s, hit h, mask live, surface *at, vec *tangent) {
+FN void triangle_surface(const scene *s, vec o, vec d, hit h, mask live, surface *at, vec *tangent) {
     ireal prim = live ? h.prim : I(0);
     ireal i0 = GATHER_INT(s->triangles, v[0], prim), i1 = GATHER_INT(s->triangles, v[1], prim);
     ireal i2 = GATHER_INT(s->triangles, v[2], prim), shape = GATHER_INT(s->triangles, shape, prim);
@@ -97,7 +122,7 @@ FN void triangle_surface(const scene *s, hit h, mask live, surface *at, vec *tan
         vec dpdu = vscale(vsub(vscale(e1, v2 - v0), vscale(e2, v1 - v0)), copysign(R(1), det));
         along = vselect(has, vselect(det != R(0), dpdu, vmake(R(0), R(0), R(0))), along);
     }
-    at->p = vselect(live, vexact_mix(a, b, c, h.u, h.v), at->p);
+    at->p = vselect(live, triangle_point(a, b, c, e1, e2, o, d, h, live), at->p);
     at->ng = vselect(live, ng, at->ng);
     at->ns = vselect(live, ns, at->ns);
     at->u = live ? u : at->u;
@@ -166,7 +191,7 @@ FN surface surface_of(const scene *s, vec o, vec d, hit h, mask live) {
     if (!ANY(live)) return at;
 
     mask triangle = live & (h.prim < I(s->geometry.triangle_count));
-    if (ANY(triangle)) triangle_surface(s, h, triangle, &at, &tangent);
+    if (ANY(triangle)) triangle_surface(s, o, d, h, triangle, &at, &tangent);
     mask quadric = live & !triangle;
     if (HAS(QUADRICS) && ANY(quadric)) quadric_surface(s, o, d, h, quadric, &at, &tangent);
     mask flip = live & ((GATHER_INT(s->shapes, flags, at.shape) & I(SHAPE_FLIP_NORMALS)) != I(0));

@@ -23,8 +23,10 @@
 
 /* The paper's distance is a mean of the vertices' z by weights u, v, w. Rounding moves vertices across the ray by
  * 2^-22 of their distance at most, which changes weights by that times the triangle's reach, over det: at a grazing
- * angle a ray that leaves a large triangle would hit it again. Closer to tmin than (four times) that, the volume of
- * the tetrahedron of origin and vertices is computed in twice the precision: t = -volume / (det d.z). */
+ * angle a ray that leaves a large triangle would hit it again. Closer to tmin than (four times) that, or 65536 times
+ * closer than the vertices, the volume of the tetrahedron of origin and vertices is computed in twice the precision:
+ * t = -volume / (det d.z). */
+#define LARGE_REACH 0x1p-16f
 FN real1 refine_distance(__global const b_triangle_block *block, const ray *r, int k, real1 det) {
     pair1 a[3], b[3], c[3], volume = one_of(0);
     for (int i = 0; i < 3; i++) {
@@ -74,7 +76,7 @@ FN void intersect_block(__global const b_triangle_block *block, const ray *r, re
     wide reach = wmax(fabs(az), wmax(fabs(bz), fabs(cz)));
     wide across = wmax(wmax(fabs(ax), wmax(fabs(bx), fabs(cx))), wmax(fabs(ay), wmax(fabs(by), fabs(cy))));
     wide error = (reach + across) * across * reach * fabs((wide)(r->sz * DISTANCE_ERROR) / det);
-    ulong doubtful = wide_set(inside & (fabs(t - (wide)r->tmin) <= error));
+    ulong doubtful = wide_set(inside & ((fabs(t - (wide)r->tmin) <= error) | (fabs(t) < reach * (wide)LARGE_REACH)));
     if (doubtful) {
         lanes_of_wide refined, dets, errors;
         refined.all = t;

@@ -150,7 +150,7 @@ FN mask packet_triangle(__global const b_triangle_block *block, int k, packet *p
     real reach = lmax(fabs(a.z), lmax(fabs(b.z), fabs(c.z)));
     real across = lmax(lmax(fabs(a.x), lmax(fabs(b.x), fabs(c.x))), lmax(fabs(a.y), lmax(fabs(b.y), fabs(c.y))));
     real error = (reach + across) * across * reach * fabs(p->sz * R(DISTANCE_ERROR) / det);
-    mask doubtful = inside & (fabs(t - p->tmin) <= error);
+    mask doubtful = inside & ((fabs(t - p->tmin) <= error) | (fabs(t) < reach * R(LARGE_REACH)));
     if (ANY(doubtful)) {
         lanes_of_real refined, dets, errors;
         lanes_of_ireal which;

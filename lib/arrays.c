@@ -90,6 +90,7 @@ static brume_result build(const brume_scene *scene, const uint32_t crop[4], brum
     uint32_t effects = brume_effects_find(scene, NULL);
     arrays->features = brume_effects_features(effects);
     brume_arrays_choose_origin(scene, arrays);
+    brume_arrays_choose_light_unit(scene, arrays);
     BRUME_TRY(brume_arrays_camera(scene, crop, arrays));
     BRUME_TRY(brume_arrays_filter(scene, arrays));
     integrator(scene, p);

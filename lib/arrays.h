@@ -9,6 +9,7 @@
 typedef struct brume_arrays {
     b_params params;
     double origin[3];      /* in the scene's coordinates; positions below count from it */
+    double light_unit;     /* a power of two: all light below is over it, and so is the film's */
     uint32_t features;     /* what the scene calls for, FEATURE_... */
     brume_bvh bvh;
     b_triangle *triangles; /* those dropped for having no area are not here */

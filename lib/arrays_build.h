@@ -12,6 +12,11 @@ void brume_arrays_choose_origin(const brume_scene *scene, brume_arrays *arrays);
 /* From the scene's coordinates to those from there. */
 void brume_arrays_place(const brume_arrays *arrays, double p[3]);
 
+/* light_unit: before all that shines. */
+void brume_arrays_choose_light_unit(const brume_scene *scene, brume_arrays *arrays);
+/* Light of the scene in that unit. */
+void brume_arrays_store_light(const brume_arrays *arrays, const float rgb[3], float out[3]);
+
 /* shapes, positions, normals, uvs, triangles, quadrics, dropped_triangles; scene_center and scene_radius. Shapes that
  * name no bsdf are left with -1. */
 brume_result brume_arrays_geometry(const brume_scene *scene, brume_arrays *arrays);

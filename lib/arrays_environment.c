@@ -9,7 +9,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "affine.h"
 
@@ -93,7 +92,9 @@ static brume_result add_map(const brume_scene *scene, const brume_scene_light *l
     float *texels = arrays->texels + 3 * (size_t)first;
     for (size_t i = 0; i < 3 * count; i++) {
         texels[i] = light->texels[i] * light->desc.scale;
-        if (!isfinite(texels[i]))
+        int infinite = !isfinite(texels[i]);
+        texels[i] = (float)(texels[i] / arrays->light_unit);
+        if (infinite)
             return brume_fail(scene->context, BRUME_ERROR_SCENE, "the environment map times its scale is infinite");
     }
     BRUME_TRY(tables(scene, texels, (int)light->desc.width, (int)light->desc.height, arrays, &total));
@@ -115,7 +116,7 @@ brume_result brume_arrays_environment(const brume_scene *scene, brume_arrays *ar
             BRUME_TRY(add_map(scene, &scene->lights[i], arrays));
         if (desc->kind == BRUME_LIGHT_CONSTANT && brume_luminance(desc->intensity) > 0) {
             p->environment = ENVIRONMENT_CONSTANT;
-            memcpy(p->environment_radiance, desc->intensity, sizeof p->environment_radiance);
+            brume_arrays_store_light(arrays, desc->intensity, p->environment_radiance);
         }
     }
     return BRUME_OK;

@@ -171,17 +171,17 @@ static int medium_index(const brume_scene *scene, uint32_t id) {
     return id == BRUME_NONE || scene->integrator.ignore_media ? -1 : (int)id;
 }
 
-static void describe_shape(const brume_scene *scene, const brume_shape_desc *desc, b_shape *out) {
+static void describe_shape(const brume_scene *scene, const brume_shape_desc *desc, const brume_arrays *arrays,
+                           b_shape *out) {
     out->bsdf = desc->bsdf == BRUME_NONE ? -1 : (int)desc->bsdf;
     out->flags = desc->flip_normals ? SHAPE_FLIP_NORMALS : 0;
     if (desc->is_boundary && !scene->integrator.ignore_media)
         out->flags |= SHAPE_BOUNDARY;
     out->interior = medium_index(scene, desc->interior);
     out->exterior = medium_index(scene, desc->exterior);
-    for (int i = 0; i < 3; i++) {
-        out->radiance[i] = desc->radiance[i];
+    for (int i = 0; i < 3; i++)
         out->emits |= desc->radiance[i] > 0;
-    }
+    brume_arrays_store_light(arrays, desc->radiance, out->radiance);
     out->normal_base = out->uv_base = NO_BASE;
 }
 
@@ -222,7 +222,7 @@ brume_result brume_arrays_geometry(const brume_scene *scene, brume_arrays *array
     arrays->shape_count = scene->shape_count;
     for (uint32_t i = 0; i < scene->shape_count; i++) {
         const brume_shape_desc *desc = &scene->shapes[i].desc;
-        describe_shape(scene, desc, &arrays->shapes[i]);
+        describe_shape(scene, desc, arrays, &arrays->shapes[i]);
         if (desc->kind == BRUME_SHAPE_SPHERE)
             BRUME_TRY(add_sphere(scene, i, arrays));
         else if (desc->kind == BRUME_SHAPE_DISK)

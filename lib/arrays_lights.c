@@ -3,7 +3,6 @@
 
 #include <math.h>
 #include <stdlib.h>
-#include <string.h>
 
 #include "affine.h"
 
@@ -37,7 +36,7 @@ static b_light make_light(const brume_light_desc *desc, const brume_arrays *arra
     brume_store(v[0], out.frame_x);
     brume_store(v[1], out.frame_y);
     brume_store(v[2], out.axis);
-    memcpy(out.intensity, desc->intensity, sizeof out.intensity);
+    brume_arrays_store_light(arrays, desc->intensity, out.intensity);
     double cutoff = desc->cutoff_angle * (PI / 180), beam = desc->beam_width * (PI / 180);
     out.cutoff = (float)cutoff;
     out.beam = (float)beam;

@@ -88,7 +88,7 @@ brume_result brume_arrays_media(const brume_scene *scene, brume_arrays *arrays) 
         b_medium *out = &arrays->media[i];
         copy3(out->sigma_t, desc->sigma_t);
         copy3(out->albedo, desc->albedo);
-        copy3(out->emission, desc->emission);
+        brume_arrays_store_light(arrays, desc->emission, out->emission);
         out->g = desc->g;
     }
     return BRUME_OK;

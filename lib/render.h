@@ -22,6 +22,7 @@ struct brume_render {
     brume_render_desc desc;
     brume_film_desc film;
     b_params params;
+    double light_unit; /* see arrays.h */
     brume_film_layout layout;
     cl_mem buffers[BRUME_SCENE_BUFFERS];
     cl_mem planes, bad, plan;
