@@ -53,6 +53,10 @@ static brume_result read_trace(brume_render *r, brume_trace *out) {
         return result;
     }
     const float nothing[3] = {0, 0, 0};
+    for (size_t i = 0; i < trace.count; i++) {
+        float *light = &vertices[i].radiance[0][0];
+        for (int k = 0; k < 3 * TRACE_STAGES; k++) light[k] = (float)(light[k] * r->light_unit);
+    }
     for (size_t i = 0; i < trace.count; i++)
         convert(&vertices[i], r->origin, i ? vertices[i - 1].radiance[TRACE_LIT] : nothing, &trace.vertices[i]);
     free(vertices);
