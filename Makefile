@@ -40,6 +40,7 @@ CXX := $(subst clang,clang++,$(CC))
 endif
 ifneq ($(findstring -gcc,$(CC)),)
 CXX := $(subst -gcc,-g++,$(CC))
+AR := $(subst -gcc,-ar,$(CC))
 endif
 
 # What the compiler builds for. CC=x86_64-w64-mingw32-gcc and the like build for another machine.
@@ -75,7 +76,8 @@ flags.coverage := -O0 -g --coverage
 warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
 code.linux := -fPIC -fvisibility=hidden
 code.macos := -fPIC -fvisibility=hidden
-code.windows := -D__USE_MINGW_ANSI_STDIO=1 -DBRUME_BUILD_DLL
+# By the attribute format(printf) MinGW means Microsoft's, which we don't use; formats are checked elsewhere.
+code.windows := -D__USE_MINGW_ANSI_STDIO=1 -DBRUME_BUILD_DLL -Wno-format -Wno-format-extra-args
 common := $(flags.$(config)) $(code.$(platform)) -MMD -MP $(warnings)
 CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
 CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
@@ -110,7 +112,7 @@ $(build)/$(shared): $(lib_objects) lib/exports.map
 
 $(build)/libbrume.a: $(lib_objects)
 	rm -f $@
-	ar rcs $@ $^
+	$(AR) rcs $@ $^
 
 $(build)/lib/%.o: lib/%.c | $(first)
 	@mkdir -p $(@D)

@@ -63,3 +63,14 @@ check-install: $(to_install)
 check-completions: $(completions) $(build)/help.txt
 	$(if $(shells),@sh lib/deps.sh zsh fish)
 	@sh test/check_completions.sh $(build)
+
+# ---- other machines: by hand, as they install cross compilers ----
+
+.PHONY: check-aarch64 check-mingw check-musl
+check-aarch64: $(build)/render-cli $(build)/test/measure_difference
+	@sh lib/deps.sh gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static || :
+	@sh test/check_aarch64.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
+
+check-mingw: $(build)/render-cli
+	@sh lib/deps.sh gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix || :
+	@sh test/check_mingw.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
