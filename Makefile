@@ -24,6 +24,8 @@
 # make bench         against Mitsuba, Cycles and LuxCore: out/bench/; ARGS="--quick --scenes open-beam --peers cycles"
 # make bench-peers   installs these (from PyPI, into build/bench/venv; and libllvm19, for Mitsuba)
 # make bench-traversal rays a second against Embree (libembree-dev, which it installs), on one core
+# make bench-quick BASE=commit is this tree slower than that? Ratios, in a minute
+# make bench-growth  time and memory against triangles, lights, pixels, samples, depth, cores; ARGS="--full"
 # make check-bench   what bench computes, held against known answers
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
 # make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions

@@ -1,6 +1,6 @@
 # bench.mk -- brume against other renderers. Included by the Makefile.
 
-.PHONY: bench bench-peers bench-traversal check-bench
+.PHONY: bench bench-peers bench-traversal bench-quick bench-growth check-bench
 
 bench-peers:
 	@sh lib/deps.sh python3 python3-venv libllvm19 || echo "bench-peers: no libllvm19: Mitsuba is scalar"
@@ -19,6 +19,15 @@ bench-traversal:
 
 $(build)/test/bench/traversal: $(patsubst %,$(build)/test/bench/%.o,traversal traversal_meshes) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ -lembree3 $(libs)
+
+# This tree against an earlier commit, a minute: make bench-quick BASE=main~10
+bench-quick: all build/meshes/ball.ply
+	@test -n "$(BASE)" || { echo "bench-quick: which commit? BASE=main~10" >&2; exit 2; }
+	@python3 test/bench/bench_quick.py $(build) $(BASE) $(ARGS)
+
+# ARGS="--full", ARGS="--only triangles"
+bench-growth: all build/meshes/ball.ply
+	@python3 test/bench/bench_growth.py $(build) $(ARGS)
 
 # What it computes, held against known answers.
 check-bench:
