@@ -19,6 +19,7 @@
 #                    and so on: build/ladder --help
 # make estimates     is a picture as wrong as it says, and done when it said? A table, in about ten minutes
 # make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
+# make check-pictures layers as OpenEXR's module for Python and oiiotool read them; the denoiser (from PyPI)
 # make check-blender the Blender exporter against Cycles (Blender's module for Python, from PyPI, into build/)
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make bench         against Mitsuba, Cycles and LuxCore: out/bench/; ARGS="--quick --scenes open-beam --peers cycles"
@@ -84,7 +85,7 @@ common := $(flags.$(config)) $(code.$(platform)) -MMD -MP $(warnings)
 CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
 CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
 link_flags := $(flags.$(config)) $(LDFLAGS)
-libs.linux := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread
+libs.linux := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread -ldl
 libs.macos := -framework OpenCL -lOpenEXRCore -lassimp -lexpat -lc++
 libs.windows := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm
 libs := $(libs.$(platform))
@@ -104,7 +105,7 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 first := $(filter deps,$(MAKECMDGOALS))
 
 .PHONY: all deps demo meshes test trust stability exhaustive check-platform check-cl check-oclgrind crosscheck \
-        check-study check-blender blender-addon study-picture ladder estimates bench-effects clean
+        check-study check-pictures check-blender blender-addon study-picture ladder estimates bench-effects clean
 .SECONDARY:
 all: $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -259,6 +260,11 @@ check-study: $(build)/render-cli meshes
 check-blender: $(build)/render-cli
 	@sh lib/deps.sh python3 python3-venv
 	@python3 test/blender/check_blender.py $(build) $(ARGS); code=$$?; [ $$code -eq 77 ] || exit $$code
+
+check-pictures: $(build)/render-cli $(build)/test/test_denoise
+	@sh lib/deps.sh python3 python3-venv openimageio-tools
+	@sh test/pictures/check_pictures.sh $(build); code=$$?; \
+	    [ $$code -eq 77 ] && echo "check-pictures: in part skipped" || exit $$code
 
 # The add-on as a file to install: Edit > Preferences > Add-ons > Install from Disk
 $(build)/brume_export.zip: $(wildcard apps/blender/brume_export/*.py)

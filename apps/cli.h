@@ -84,6 +84,8 @@ struct cli_options {
     uint32_t debug_sample[3]; /* x, y, sample */
     char *replay;             /* owned: the command line so far as samples depend on it, for a shell */
     float exposure;
+    brume_tonemap tonemap;
+    brume_denoise denoise;
     uint32_t layers; /* as in brume_picture_desc */
     const char *checkpoint; /* file for the state of the render; NULL: none */
     double checkpoint_interval; /* seconds */

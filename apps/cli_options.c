@@ -55,6 +55,12 @@ const cli_option cli_option_table[OPTION_COUNT] = {
                                             "badSamples (default: these, the last if there are any);\n"
                                             "direct, indirect, surface, volume (parts of the light), segments"},
     [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
+    [OPTION_TONEMAP] =
+        {RENDER, 0, "tonemap", "none|filmic", "tone curve of PNGs, behind the exposure (default: none); filmic: by\n"
+                                              "Narkowicz 2015"},
+    [OPTION_DENOISE] =
+        {RENDER, 0, "denoise", "none|beauty|layers", "by Open Image Denoise: an EXR gets the layer denoised, a PNG is\n"
+                                                     "made of it; the whole picture, or surface and volume apart"},
     [OPTION_DEVICE] =
         {EVERY | SAMPLE, 0, "device", "I|NAME",
          "device by index or part of its name (default: a GPU, else the CPU)"},

@@ -19,15 +19,17 @@ static double pixels_to_write(const brume_scene *scene, const cli_options *optio
 }
 
 /* What is not to be written is not recorded either. */
-static void record_layers(const brume_scene *scene, uint32_t layers, brume_render_desc *desc)
+static void record_layers(const brume_scene *scene, const cli_options *options, brume_render_desc *desc)
 {
     const uint32_t guides = 1u << BRUME_CHANNEL_ALBEDO | 1u << BRUME_CHANNEL_NORMAL | 1u << BRUME_CHANNEL_DEPTH;
     const uint32_t light = 1u << BRUME_CHANNEL_DIRECT | 1u << BRUME_CHANNEL_INDIRECT | 1u << BRUME_CHANNEL_SURFACE |
                            1u << BRUME_CHANNEL_VOLUME | 1u << BRUME_CHANNEL_SEGMENTS;
+    const uint32_t layers = options->layers;
     brume_film_desc film = brume_film_desc_default();
     brume_scene_get_film(scene, &film);
-    desc->guides = film.alpha || (layers & guides);
-    desc->light_layers = layers != BRUME_LAYERS_RECORDED && (layers & light);
+    desc->guides = film.alpha || (layers & guides) || options->denoise;
+    desc->light_layers =
+        (layers != BRUME_LAYERS_RECORDED && (layers & light)) || options->denoise == BRUME_DENOISE_LAYERS;
 }
 
 static int check_outputs(const cli_options *options)
@@ -46,6 +48,8 @@ static int write_pictures(brume_context *context, brume_render *render, const cl
     brume_picture_desc picture = brume_picture_desc_default();
     picture.exposure = options->exposure;
     picture.layers = options->layers;
+    picture.tonemap = options->tonemap;
+    picture.denoise = options->denoise;
     int code = CLI_EXIT_OK;
     for (size_t i = 0; i < options->output_count; i++) {
         cli_progress_step(progress, "Writing", options->outputs[i]);
@@ -88,12 +92,14 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
         code = cli_checkpoint_check(options);
     if (code)
         return code;
+    if (options->denoise && brume_denoiser_find(context))
+        return cli_report(context, BRUME_ERROR_DENOISER);
     code = cli_session_open(&session, context, options, progress);
     if (code)
         goto cleanup;
     run.load_seconds = session.load_seconds;
     brume_render_desc desc = options->render;
-    record_layers(session.scene, options->layers, &desc);
+    record_layers(session.scene, options, &desc);
     if (desc.time_limit > 0) {
         /* The limit is the command's: less what has gone by, and something for the pictures. */
         double left = desc.time_limit - (cli_now() - begin) - WRITE_SECONDS * pixels_to_write(session.scene, options);

@@ -60,6 +60,7 @@ static int exit_code_of(brume_result result)
     case BRUME_ERROR_OUTPUT: return CLI_EXIT_OUTPUT;
     case BRUME_ERROR_CHECKPOINT: return CLI_EXIT_CHECKPOINT;
     case BRUME_ERROR_MEMORY:
+    case BRUME_ERROR_DENOISER:
     case BRUME_ERROR_DEVICE: break;
     }
     return CLI_EXIT_RUNTIME;

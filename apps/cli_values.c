@@ -233,6 +233,14 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         if (end == value || *end || !isfinite(options->exposure))
             return wrong_value(id, value);
         return 0;
+    case OPTION_TONEMAP:
+        options->tonemap = strcmp(value, "filmic") == 0 ? BRUME_TONEMAP_FILMIC : BRUME_TONEMAP_NONE;
+        return options->tonemap || strcmp(value, "none") == 0 ? 0 : wrong_value(id, value);
+    case OPTION_DENOISE:
+        options->denoise = strcmp(value, "beauty") == 0   ? BRUME_DENOISE_BEAUTY
+                           : strcmp(value, "layers") == 0 ? BRUME_DENOISE_LAYERS
+                                                          : BRUME_DENOISE_NONE;
+        return options->denoise || strcmp(value, "none") == 0 ? 0 : wrong_value(id, value);
     case OPTION_DEVICE:
         if (!*value)
             return wrong_value(id, value);

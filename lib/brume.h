@@ -57,7 +57,8 @@ typedef enum brume_result {
     BRUME_ERROR_BUILD = 6,     /* the kernels did not compile; the whole log is in the message */
     BRUME_ERROR_OUTPUT = 7,    /* a file could not be written */
     BRUME_CANCELLED = 8,       /* stopped by brume_render_cancel or the progress callback; the film is valid */
-    BRUME_ERROR_CHECKPOINT = 9 /* a checkpoint is missing or damaged, or of another render */
+    BRUME_ERROR_CHECKPOINT = 9, /* a checkpoint is missing or damaged, or of another render */
+    BRUME_ERROR_DENOISER = 10  /* Open Image Denoise is not installed, or failed */
 } brume_result;
 
 BRUME_API const char *brume_result_name(brume_result result);
@@ -665,9 +666,30 @@ BRUME_API void brume_trace_free(brume_trace *trace);
 
 #define BRUME_LAYERS_RECORDED UINT32_MAX
 
+typedef enum brume_tonemap {
+    BRUME_TONEMAP_NONE = 0,  /* cut off at 1 */
+    BRUME_TONEMAP_FILMIC = 1 /* per channel x (2.51 x + 0.03) / (x (2.43 x + 0.59) + 0.14), cut to [0, 1]: Narkowicz
+                                2015, "ACES Filmic Tone Mapping Curve" */
+} brume_tonemap;
+
+/* Open Image Denoise on the CPU, with albedo and normals as guides: it takes noise away, and can take detail with it or
+ * invent some. Needs the library at run time: $BRUME_OIDN (its file or folder), else where the system finds it. */
+typedef enum brume_denoise {
+    BRUME_DENOISE_NONE = 0,
+    BRUME_DENOISE_BEAUTY = 1, /* the radiance; needs guides */
+    BRUME_DENOISE_LAYERS = 2  /* surface and volume light apart, the latter without guides, which know nothing of fog;
+                                 and their sum; needs brume_render_desc.light_layers */
+} brume_denoise;
+
+/* Whether there is one to be loaded; BRUME_ERROR_DENOISER says what is missing. */
+BRUME_API brume_result brume_denoiser_find(brume_context *context);
+
 typedef struct brume_picture_desc {
     uint32_t cookie;
     float exposure;       /* PNG: stops, applied before the sRGB curve; 0 */
+    brume_tonemap tonemap; /* PNG: curve behind the exposure; NONE */
+    brume_denoise denoise; /* EXR: also write `denoised`; PNG: of that. NONE. If it fails, the picture is written without,
+                              and the failure returned */
     uint32_t layers;      /* EXR: set of layers to write, 1 << brume_channel each, of channels that the render records;
                              BRUME_LAYERS_RECORDED, the default: all of those, badSamples if there are any */
     uint32_t half;        /* EXR radiance in 16 bits: 0, 1, or 2 for the film's choice; 2 */

@@ -18,6 +18,7 @@ const char *brume_result_name(brume_result result) {
     case BRUME_ERROR_OUTPUT: return "output error";
     case BRUME_CANCELLED: return "cancelled";
     case BRUME_ERROR_CHECKPOINT: return "checkpoint error";
+    case BRUME_ERROR_DENOISER: return "denoiser error";
     }
     return "unknown result";
 }

@@ -17,6 +17,12 @@ static unsigned char encode(double linear) {
     return (unsigned char)(255 * curve + 0.5);
 }
 
+/* Narkowicz 2015: a fit to the reference rendering of ACES. Its limit is 1.03, and NaN stays one. */
+static double filmic(double x) {
+    if (x > 1e6) return 1;
+    return x < 0 ? 0 : x * (2.51 * x + 0.03) / (x * (2.43 * x + 0.59) + 0.14);
+}
+
 /* Where the encoder's bytes go, and what to slip in between. */
 typedef struct png_stream {
     brume_output *output;
@@ -74,7 +80,7 @@ static void append(void *user, void *bytes, int size) {
 }
 
 brume_result brume_png_write(brume_context *context, const char *path, uint32_t width, uint32_t height,
-                             const float *rgb, float exposure, const char *comment) {
+                             const float *rgb, float exposure, brume_tonemap tonemap, const char *comment) {
     if (!path || !rgb || width == 0 || height == 0 || !isfinite(exposure))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: a PNG needs pixels and a finite exposure",
                           path ? path : "(no name)");
@@ -88,7 +94,7 @@ brume_result brume_png_write(brume_context *context, const char *path, uint32_t 
     if (!bytes)
         return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
     for (size_t i = 0; i < count; i++)
-        bytes[i] = encode(rgb[i] * scale);
+        bytes[i] = encode(tonemap == BRUME_TONEMAP_FILMIC ? filmic(rgb[i] * scale) : rgb[i] * scale);
     brume_output output;
     brume_result result = brume_output_open(context, path, &output);
     if (result == BRUME_OK) {

@@ -104,7 +104,9 @@ void brume_render_world_to_ndc(const brume_render *render, float out[16]) {
     }
 }
 
-static brume_result write_exr(brume_render *render, const char *path, const brume_picture_desc *desc) {
+/* `denoised`: NULL for none. */
+static brume_result write_exr(brume_render *render, const char *path, const brume_picture_desc *desc,
+                              const float *denoised) {
     const brume_render_stats *s = &render->stats;
     size_t pixels = (size_t)s->width * s->height;
     float *data[LAYER_COUNT] = {0};
@@ -125,6 +127,9 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
             channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
                                                     l->when < WITH_LAYERS && half};
     }
+    static const char *const names[3] = {"denoised.R", "denoised.G", "denoised.B"};
+    for (int c = 0; c < 3 && denoised; c++)
+        channels[count++] = (brume_exr_channel){names[c], denoised + c, 3, half};
     if (result == BRUME_OK) {
         brume_exr_attribute attributes[MAX_ATTRIBUTES];
         uint32_t n = 0;
@@ -161,7 +166,8 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
     return result;
 }
 
-static brume_result write_png(brume_render *render, const char *path, const brume_picture_desc *desc) {
+static brume_result write_png(brume_render *render, const char *path, const brume_picture_desc *desc,
+                              const float *denoised) {
     size_t floats = (size_t)render->stats.width * render->stats.height * 3;
     float *rgb = malloc(floats * sizeof(float));
     if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
@@ -171,10 +177,24 @@ static brume_result write_png(brume_render *render, const char *path, const brum
              render->stats.complete || !*without ? "" : ", ", *without ? "without " : "", without);
     brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
     if (result == BRUME_OK)
-        result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height, rgb,
-                                 desc->exposure, *comment ? comment : NULL);
+        result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height,
+                                 denoised ? denoised : rgb, desc->exposure, desc->tonemap, *comment ? comment : NULL);
     free(rgb);
     return result;
+}
+
+/* With what of the denoiser can be had. */
+static brume_result write_denoised(brume_render *render, const char *path, const brume_picture_desc *desc,
+                                   brume_result (*writer)(brume_render *, const char *, const brume_picture_desc *,
+                                                         const float *)) {
+    if (desc->denoise == BRUME_DENOISE_NONE) return writer(render, path, desc, NULL);
+    float *rgb = malloc((size_t)render->stats.width * render->stats.height * 3 * sizeof(float));
+    if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+    brume_result denoised = brume_render_denoise(render, desc->denoise, rgb);
+    brume_result written = denoised == BRUME_ERROR_ARGUMENT ? denoised
+                                                            : writer(render, path, desc, denoised ? NULL : rgb);
+    free(rgb);
+    return written != BRUME_OK ? written : denoised;
 }
 
 brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *given) {
@@ -185,9 +205,12 @@ brume_result brume_render_write(brume_render *render, const char *path, const br
     if (desc.cookie != PICTURE_COOKIE)
         return brume_fail(context, BRUME_ERROR_ARGUMENT,
                           "brume_render_write: the descriptor does not come from brume_picture_desc_default()");
+    if ((unsigned)desc.tonemap > BRUME_TONEMAP_FILMIC || (unsigned)desc.denoise > BRUME_DENOISE_LAYERS)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_write: unknown tonemap %d or denoise %d",
+                          (int)desc.tonemap, (int)desc.denoise);
     const char *dot = strrchr(path, '.');
-    if (dot && brume_same_letters(dot, ".exr")) return write_exr(render, path, &desc);
-    if (dot && brume_same_letters(dot, ".png")) return write_png(render, path, &desc);
+    if (dot && brume_same_letters(dot, ".exr")) return write_denoised(render, path, &desc, write_exr);
+    if (dot && brume_same_letters(dot, ".png")) return write_denoised(render, path, &desc, write_png);
     return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
 }
 

@@ -40,6 +40,15 @@ brume_thread *brume_thread_start(void (*work)(void *argument), void *argument);
 /* Waits for its end and releases it; NULL is accepted. */
 void brume_thread_join(brume_thread *thread);
 
+/* ---- libraries, loaded at run time ------------------------------------------------------------------------------- */
+
+typedef struct brume_library brume_library;
+
+/* By its path, or by a name that the system looks up where libraries are. NULL if there is none. It stays loaded. */
+brume_library *brume_library_open(const char *name);
+/* NULL if it has none of that name. */
+void (*brume_library_function(brume_library *library, const char *name))(void);
+
 /* ---- text ------------------------------------------------------------------------------------------------------ */
 
 /* The C locale, in which numbers have a point whatever the user's language. NULL when memory ran out. */

@@ -2,6 +2,7 @@
 #include "platform.h"
 
 #include <dirent.h>
+#include <dlfcn.h>
 #include <errno.h>
 #include <fcntl.h>
 #include <locale.h>
@@ -62,6 +63,17 @@ brume_thread *brume_thread_start(void (*work)(void *argument), void *argument) {
 void brume_thread_join(brume_thread *thread) {
     if (thread) pthread_join(thread->handle, NULL);
     free(thread);
+}
+
+/* ---- libraries ------------------------------------------------------------------------------------------------- */
+
+brume_library *brume_library_open(const char *name) { return dlopen(name, RTLD_NOW | RTLD_LOCAL); }
+
+void (*brume_library_function(brume_library *library, const char *name))(void) {
+    void *found = dlsym(library, name);
+    void (*function)(void);
+    memcpy(&function, &found, sizeof function); /* C99 has no cast between the two, POSIX says that they are alike */
+    return function;
 }
 
 /* ---- text ------------------------------------------------------------------------------------------------------ */

@@ -66,6 +66,14 @@ void brume_thread_join(brume_thread *thread) {
     free(thread);
 }
 
+/* ---- libraries ------------------------------------------------------------------------------------------------- */
+
+brume_library *brume_library_open(const char *name) { return (brume_library *)LoadLibraryA(name); }
+
+void (*brume_library_function(brume_library *library, const char *name))(void) {
+    return (void (*)(void))GetProcAddress((HMODULE)library, name);
+}
+
 /* ---- text ------------------------------------------------------------------------------------------------------ */
 
 struct brume_c_locale { _locale_t handle; };

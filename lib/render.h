@@ -106,6 +106,11 @@ uint32_t brume_render_recorded(const brume_render *render);
 /* The film's sums as they are, `planes` of them from the first on, malloc'ed. */
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
 
+/* ---- render_denoise.c ---- */
+
+/* The radiance denoised, height x width x 3. */
+brume_result brume_render_denoise(brume_render *render, brume_denoise kind, float *out);
+
 /* ---- render_bad.c: samples that came out NaN or infinite ---- */
 
 /* Takes their number from the device into the statistics, and warns of them. */

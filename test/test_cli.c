@@ -106,6 +106,8 @@ static void usage_errors(void **state)
         {"a.xml --layers albedo,depht", "unknown layer depht"},
         {"a.xml --layers varience", "did you mean variance?"},
         {"a.xml --layers", "--layers needs"},
+        {"a.xml --tonemap aces", "--tonemap"},
+        {"a.xml --denoise yes", "--denoise"},
         {"a.xml -z", "unknown option -z"},
         {"a.xml --spp 0", "--spp"},
         {"a.xml --spp -4", "--spp"},
@@ -430,6 +432,19 @@ static void interrupt_before_the_render_ends_at_once(void **state)
     assert_int_equal(run_until(line, "\"event\":\"step\"", SIGINT), 130);
 }
 
+/* Said before anything is rendered. */
+static void no_denoiser(void **state)
+{
+    (void)state;
+    setenv("BRUME_OIDN", "/nonexistent", 1);
+    remove_file("a.exr");
+    int code = run("scene.xml -o a.exr --denoise beauty");
+    unsetenv("BRUME_OIDN");
+    assert_int_equal(code, 1);
+    assert_non_null(strstr(result.err, "error: denoising: $BRUME_OIDN is /nonexistent"));
+    assert_int_equal(read_file("a.exr", (char[4]){0}, 4), -1);
+}
+
 /* One seed, one picture, on one thread of PoCL's (other drivers ignore the variable) as on all. */
 static void same_seed_same_bytes(void **state)
 {
@@ -508,6 +523,7 @@ int main(void)
         cmocka_unit_test(progress_tells_the_error),
         cmocka_unit_test(interrupt_writes_the_picture),
         cmocka_unit_test(interrupt_before_the_render_ends_at_once),
+        cmocka_unit_test(no_denoiser),
         cmocka_unit_test(same_seed_same_bytes),
     };
     return cmocka_run_group_tests(tests, setup, teardown);

@@ -37,7 +37,7 @@ static void defaults_carry_a_cookie(void **state)
 static void every_result_has_a_name(void **state)
 {
     (void)state;
-    for (int i = BRUME_OK; i <= BRUME_ERROR_CHECKPOINT; i++)
+    for (int i = BRUME_OK; i <= BRUME_ERROR_DENOISER; i++)
         assert_true(brume_result_name((brume_result)i)[0] != 0);
     /* A number that is no result must not be a NULL for printf. */
     assert_non_null(brume_result_name((brume_result)100));

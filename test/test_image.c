@@ -271,7 +271,7 @@ static void test_png_curve(void **state) {
     for (int i = 0; i < 3 * COUNT; i++)
         rgb[i] = (float)i / (3 * COUNT) * 0.6f; /* exposure +1 takes some of it beyond 1 */
     rgb[0] = NAN, rgb[1] = INFINITY, rgb[2] = -1;
-    assert_int_equal(brume_png_write(context, in_folder("p.png"), 64, 64, rgb, 1, NULL), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("p.png"), 64, 64, rgb, 1, BRUME_TONEMAP_NONE, NULL), BRUME_OK);
     assert_int_equal(files_in_folder(), 1);
     brume_image image;
     assert_int_equal(brume_image_read(context, path_memory, 1, NULL, &image), BRUME_OK);
@@ -289,6 +289,31 @@ static void test_png_curve(void **state) {
     assert_int_equal(brume_image_read(context, path_memory, 0, NULL, &image), BRUME_OK);
     for (int i = 3; i < 3 * COUNT; i++)
         assert_float_equal(255 * to_srgb(image.texels[i]), 255 * to_srgb(fmin(1, 2.0 * rgb[i])), 0.5 + 1e-3);
+    free(image.texels);
+}
+
+/* The published curve in double, of every exposure that a byte can tell apart. */
+static void test_png_filmic(void **state) {
+    (void)state;
+    enum { COUNT = 4096 };
+    static float rgb[3 * COUNT];
+    for (int i = 0; i < 3 * COUNT; i++)
+        rgb[i] = (float)exp2(-14 + 20.0 * i / (3 * COUNT)); /* 2^-14 to 2^6 */
+    rgb[0] = NAN, rgb[1] = INFINITY, rgb[2] = -1, rgb[3] = 0, rgb[4] = 3e38f;
+    assert_int_equal(brume_png_write(context, in_folder("f.png"), 64, 64, rgb, 0.5f, BRUME_TONEMAP_FILMIC, NULL),
+                     BRUME_OK);
+    brume_image image;
+    assert_int_equal(brume_image_read(context, path_memory, 1, NULL, &image), BRUME_OK);
+    static const float ends[5] = {0, 1, 0, 0, 1};
+    for (int i = 0; i < 5; i++)
+        assert_float_equal(image.texels[i], ends[i], 0);
+    double worst = 0;
+    for (int i = 5; i < 3 * COUNT; i++) {
+        double x = sqrt(2.0) * rgb[i], curve = (2.51 * x * x + 0.03 * x) / (2.43 * x * x + 0.59 * x + 0.14);
+        worst = fmax(worst, fabs(255.0 * image.texels[i] - 255 * to_srgb(fmin(1, curve))));
+        assert_true(i == 5 || image.texels[i] >= image.texels[i - 1]); /* it rises */
+    }
+    assert_true(worst <= 0.5 + 1e-4);
     free(image.texels);
 }
 
@@ -367,11 +392,11 @@ static void test_unwritable(void **state) {
     const char *nowhere = in_folder("none/a.exr");
     assert_int_equal(brume_exr_write(context, nowhere, 0, 0, 2, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), strerror(ENOENT)));
-    assert_int_equal(brume_png_write(context, nowhere, 2, 2, grey, 0, NULL), BRUME_ERROR_OUTPUT);
+    assert_int_equal(brume_png_write(context, nowhere, 2, 2, grey, 0, BRUME_TONEMAP_NONE, NULL), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), nowhere));
     /* A folder has the name already. */
     assert_int_equal(mkdir(in_folder("dir.png"), 0777), 0);
-    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0, NULL), BRUME_ERROR_OUTPUT);
+    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0, BRUME_TONEMAP_NONE, NULL), BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), strerror(EISDIR)));
     assert_int_equal(files_in_folder(), 1);
     rmdir(in_folder("dir.png"));
@@ -381,8 +406,8 @@ static void test_unwritable(void **state) {
     assert_int_equal(brume_exr_write(context, path, 0, 0, 2, 2, 2, 2, &unnamed, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
     assert_int_equal(brume_exr_write(context, path, 0, 0, 0, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
     assert_int_equal(brume_exr_write(context, path, 1, 0, 2, 2, 2, 2, &channel, 1, NULL, 0), BRUME_ERROR_ARGUMENT);
-    assert_int_equal(brume_png_write(context, path, 0, 2, grey, 0, NULL), BRUME_ERROR_ARGUMENT);
-    assert_int_equal(brume_png_write(context, path, 2, 2, NULL, 0, NULL), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_png_write(context, path, 0, 2, grey, 0, BRUME_TONEMAP_NONE, NULL), BRUME_ERROR_ARGUMENT);
+    assert_int_equal(brume_png_write(context, path, 2, 2, NULL, 0, BRUME_TONEMAP_NONE, NULL), BRUME_ERROR_ARGUMENT);
     assert_int_equal(files_in_folder(), 0);
 }
 
@@ -409,7 +434,8 @@ static void test_full_disk(void **state) {
     const char *path = in_folder("old.exr");
     brume_result exr = brume_exr_write(context, path, 0, 0, SIDE, SIDE, SIDE, SIDE, &channel, 1, NULL, 0);
     int exr_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
-    brume_result png = brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, NULL);
+    brume_result png =
+        brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, BRUME_TONEMAP_NONE, NULL);
     int png_words = strstr(brume_context_message(context), strerror(EFBIG)) != NULL;
     setrlimit(RLIMIT_FSIZE, &before);
     signal(SIGXFSZ, handler);
@@ -422,7 +448,7 @@ static void test_full_disk(void **state) {
     assert_int_equal(old.st_size, 3);
     /* With room again it is replaced, and readable by whom the umask allows. */
     mode_t mask = umask(022);
-    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, NULL), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, BRUME_TONEMAP_NONE, NULL), BRUME_OK);
     umask(mask);
     assert_int_equal(stat(path_memory, &old), 0);
     assert_true(old.st_size > 10000);
@@ -447,7 +473,7 @@ static void test_png_comment(void **state) {
     static const float grey[12] = {0.5f};
     static const char wanted[] = "tEXtComment\0incomplete render";
     assert_int_equal(divide_crc((const unsigned char *)"IEND", 4), 0xae426082u); /* as every PNG ends */
-    assert_int_equal(brume_png_write(context, in_folder("c.png"), 2, 2, grey, 0, "incomplete render"), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("c.png"), 2, 2, grey, 0, BRUME_TONEMAP_NONE, "incomplete render"), BRUME_OK);
     size_t size;
     char *file = brume_text_read_file(in_folder("c.png"), &size);
     assert_non_null(file);
@@ -469,7 +495,7 @@ static void test_png_comment(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         FRESH(test_exr_round_trip), FRESH(test_exr_header), FRESH(test_exr_reading),
-        FRESH(test_exr_mixes),      FRESH(test_png_curve),  FRESH(test_by_content),
+        FRESH(test_exr_mixes),      FRESH(test_png_curve),  FRESH(test_png_filmic), FRESH(test_by_content),
         FRESH(test_unreadable),     FRESH(test_unwritable), FRESH(test_full_disk),
         FRESH(test_png_comment),
     };

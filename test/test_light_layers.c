@@ -1,5 +1,5 @@
-/* test_light_layers.c -- the parts of the light: that they add up, that each is what it should be, where that has a closed
- * form or is nothing at all, and that light booked to the wrong part is noticed. */
+/* test_light_layers.c -- the parts of the light: that they add up, that each is what it should be, where that has a
+ * closed form or is nothing at all, and that light booked to the wrong part is noticed. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>
@@ -52,7 +52,7 @@ static double mean_of(const float *x) {
     return sum / FLOATS;
 }
 
-/* Each part is a sum of up to 64 floats, rounded as often; `all` is what those add up to without their signs, or more. */
+/* Each part is a sum of up to 64 floats, rounded as often; `all` is about what those add up to without their signs. */
 static void expect_sum(const float *a, const float *b, const float *sum) {
     double bound = 64 * 0x1p-23 * 2, all = mean_of(sum);
     for (int i = 0; i < FLOATS; i++) {
