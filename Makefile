@@ -9,7 +9,7 @@
 #                    ARGS="lexp llog": only these
 # make check-platform POSIX, GNU and Windows are asked in platform files alone
 # make identity      every scene file, with every feature that it doesn't call for built in as well: the same bits? In
-#                    half an hour; SCENES=scenes/furnace.xml: only that
+#                    some minutes; SCENES=scenes/furnace.xml: only that
 # make check-abi     BASE=COMMIT: would a program go on with this library? By abidiff
 # make check-threads contexts in several threads under ThreadSanitizer
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
