@@ -10,6 +10,7 @@
 #include "bsdf_dielectric.h"
 #include "bsdf_diffuse.h"
 #include "bsdf_rough_conductor.h"
+#include "bsdf_thin_dielectric.h"
 #include "scene.h"
 #include "texture.h"
 
@@ -41,6 +42,10 @@ FN vec to_world(const shading_frame *f, vec d) { return vmad(f->s, d.x, vmad(f->
 
 /* ---- what the surface is made of --------------------------------------------------------------------------------- */
 
+FN mask bsdf_is_glass(const bsdf *b) {
+    return (b->kind == I(BSDF_DIELECTRIC)) | (b->kind == I(BSDF_THIN_DIELECTRIC));
+}
+
 /* BSDF `id` seen from wo at texture coordinates (u, v); lanes not live get one, too. */
 FN bsdf bsdf_of(const scene *s, ireal id, vec wo, real u, real v, mask live) {
     bsdf b;
@@ -63,7 +68,7 @@ FN bsdf bsdf_of(const scene *s, ireal id, vec wo, real u, real v, mask live) {
     b.ior = R(1);
     b.eta = cgrey(R(0));
     b.k = cgrey(R(1));
-    if (HAS(SPECULAR) && ANY(b.kind == I(BSDF_DIELECTRIC))) {
+    if (HAS(SPECULAR) && ANY(bsdf_is_glass(&b))) {
         b.transmittance = CGATHER(s->bsdfs, transmittance, id);
         b.ior = GATHER(s->bsdfs, ior, id);
     }
@@ -78,7 +83,7 @@ FN bsdf bsdf_of(const scene *s, ireal id, vec wo, real u, real v, mask live) {
 
 /* Scatters into finitely many directions only: light sampling cannot find them. */
 FN mask bsdf_is_specular(const bsdf *b) {
-    return HAS(SPECULAR) ? (b->kind == I(BSDF_DIELECTRIC)) | (b->kind == I(BSDF_CONDUCTOR)) : FALSE_MASK;
+    return HAS(SPECULAR) ? bsdf_is_glass(b) | (b->kind == I(BSDF_CONDUCTOR)) : FALSE_MASK;
 }
 
 /* The surface's colour for denoisers, in [0, 1]: of a metal, head-on. */
@@ -87,7 +92,7 @@ FN rgb bsdf_albedo(const bsdf *b) {
     if (HAS(SPECULAR)) {
         mask metal = (b->kind == I(BSDF_CONDUCTOR)) | (b->kind == I(BSDF_ROUGH_CONDUCTOR));
         if (ANY(metal)) c = cselect(metal, cmul(c, fresnel_conductor_rgb(R(1), b->eta, b->k)), c);
-        c = cselect(b->kind == I(BSDF_DIELECTRIC), cgrey(R(1)), c);
+        c = cselect(bsdf_is_glass(b), cgrey(R(1)), c);
     }
     c = cselect(b->kind == I(BSDF_NULL), cgrey(R(1)), c);
     return cmake(lclamp(c.r, R(0), R(1)), lclamp(c.g, R(0), R(1)), lclamp(c.b, R(0), R(1)));
@@ -128,6 +133,8 @@ FN bsdf_sampled bsdf_sample(const bsdf *b, vec wo, real u_lobe, real u, real v) 
     if (HAS(SPECULAR)) {
         mask dielectric = b->kind == I(BSDF_DIELECTRIC);
         if (ANY(dielectric)) s = bsdf_sampled_select(dielectric, dielectric_sample(b, wo, u_lobe), s);
+        mask pane = b->kind == I(BSDF_THIN_DIELECTRIC);
+        if (ANY(pane)) s = bsdf_sampled_select(pane, thin_dielectric_sample(b, wo, u_lobe), s);
         mask conductor = b->kind == I(BSDF_CONDUCTOR);
         if (ANY(conductor)) s = bsdf_sampled_select(conductor, conductor_sample(b, wo), s);
         mask rough = b->kind == I(BSDF_ROUGH_CONDUCTOR);

@@ -15,7 +15,7 @@ typedef struct {
     mask mirrored;               /* the back of a two-sided one: acts as if z pointed the other way */
     rgb reflectance, transmittance;
     real alpha_u, alpha_v;       /* roughness along x and y */
-    real ior;                    /* of a dielectric: inside (z < 0) / outside */
+    real ior;                    /* of a dielectric: inside (z < 0) / outside; of a thin one: pane / outside */
     rgb eta, k;                  /* complex index of a conductor */
 } bsdf;
 

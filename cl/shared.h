@@ -121,6 +121,7 @@ SIZE_IS(b_shape, 48);
 #define BSDF_CONDUCTOR 2
 #define BSDF_ROUGH_CONDUCTOR 3
 #define BSDF_NULL 4
+#define BSDF_THIN_DIELECTRIC 5
 
 #define BSDF_TWO_SIDED 1    /* seen from behind it is bsdf `back`, mirrored */
 #define BSDF_BECKMANN 2     /* else GGX */
@@ -135,7 +136,7 @@ typedef struct {
     float transmittance[3]; /* specular_transmittance */
     float alpha_v;
     float eta[3];           /* conductor */
-    float ior;              /* dielectric: interior / exterior */
+    float ior;              /* dielectrics: interior / exterior */
     float k[3];
     int pad;
 } b_bsdf;

@@ -9,7 +9,8 @@ static void copy3(float to[3], const float from[3]) {
 }
 
 static b_bsdf make_bsdf(const brume_bsdf_desc *desc, int id) {
-    static const int kinds[] = {BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_CONDUCTOR, BSDF_ROUGH_CONDUCTOR, BSDF_NULL};
+    static const int kinds[] = {BSDF_DIFFUSE, BSDF_DIELECTRIC, BSDF_CONDUCTOR, BSDF_ROUGH_CONDUCTOR, BSDF_NULL,
+                                BSDF_THIN_DIELECTRIC};
     b_bsdf out = {.kind = kinds[desc->kind], .alpha_u = desc->alpha_u, .alpha_v = desc->alpha_v};
     out.back = desc->back == BRUME_NONE ? id : (int)desc->back;
     out.texture = desc->reflectance_texture == BRUME_NONE ? -1 : (int)desc->reflectance_texture;

@@ -159,7 +159,8 @@ typedef enum brume_bsdf_kind {
     BRUME_BSDF_DIELECTRIC = 1,      /* smooth refracting boundary */
     BRUME_BSDF_CONDUCTOR = 2,       /* smooth metal */
     BRUME_BSDF_ROUGH_CONDUCTOR = 3, /* microfacet metal */
-    BRUME_BSDF_NULL = 4             /* invisible: the boundary of a medium */
+    BRUME_BSDF_NULL = 4,            /* invisible: the boundary of a medium */
+    BRUME_BSDF_THIN_DIELECTRIC = 5  /* a pane: reflects, and lets through without a bend */
 } brume_bsdf_kind;
 
 typedef enum brume_distribution { BRUME_DISTRIBUTION_BECKMANN = 0, BRUME_DISTRIBUTION_GGX = 1 } brume_distribution;
@@ -169,8 +170,8 @@ typedef struct brume_bsdf_desc {
     brume_bsdf_kind kind;            /* DIFFUSE */
     float reflectance[3];            /* diffuse: 0.5; others: specular_reflectance, 1 */
     uint32_t reflectance_texture;    /* overrides reflectance unless BRUME_NONE */
-    float transmittance[3];          /* dielectric: specular_transmittance, 1 */
-    float int_ior, ext_ior;          /* dielectric: 1.5046 (BK7 glass), 1.000277 (air) */
+    float transmittance[3];          /* dielectrics: specular_transmittance, 1 */
+    float int_ior, ext_ior;          /* dielectrics: 1.5046 (BK7 glass), 1.000277 (air) */
     float eta[3], k[3];              /* conductors: complex index eta - i k; 0, 1 (a perfect mirror) */
     brume_distribution distribution; /* BECKMANN */
     float alpha_u, alpha_v;          /* rough: RMS microfacet slope along the tangents, > 0; 0.1 */

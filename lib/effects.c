@@ -144,6 +144,7 @@ static void find_in_bsdf(finding *f, uint32_t i, uint32_t shape) {
         [BRUME_BSDF_CONDUCTOR] = {BRUME_EFFECT_CONDUCTOR, "smooth metal"},
         [BRUME_BSDF_ROUGH_CONDUCTOR] = {BRUME_EFFECT_ROUGH_CONDUCTOR, "rough metal"},
         [BRUME_BSDF_NULL] = {BRUME_EFFECT_NULL_SURFACES, "invisible"},
+        [BRUME_BSDF_THIN_DIELECTRIC] = {BRUME_EFFECT_DIELECTRIC, "a thin pane"},
     };
     const brume_bsdf_desc *d = &f->scene->bsdfs[i];
     found(f, kinds[d->kind].effect, BRUME_OBJECT_BSDF, i, "%s, on shape %u", kinds[d->kind].why, (unsigned)shape);

@@ -1,4 +1,4 @@
-/* mitsuba_bsdfs.c -- diffuse, dielectric, conductor, roughconductor, twosided, null. */
+/* mitsuba_bsdfs.c -- diffuse, dielectric, thindielectric, conductor, roughconductor, twosided, null. */
 #include "mitsuba.h"
 
 #include <string.h>
@@ -82,7 +82,8 @@ static void read_twosided(mitsuba_object *o, brume_bsdf_desc *desc) {
         if (!sides[i]) continue;
         xml_node *side = sides[i]->object;
         const char *type = xml_attribute_value(side, "type");
-        if (type && (!strcmp(type, "dielectric") || !strcmp(type, "null") || !strcmp(type, "twosided")))
+        if (type && (!strcmp(type, "dielectric") || !strcmp(type, "thindielectric") || !strcmp(type, "null") ||
+                     !strcmp(type, "twosided")))
             mitsuba_fail(o->reader, sides[i]->node, "a twosided can't hold a %s", type);
     }
     if (!sides[0]) {
@@ -100,6 +101,9 @@ static void read_desc(mitsuba_reader *reader, xml_node *node, brume_bsdf_desc *o
     mitsuba_object o = mitsuba_open(reader, node);
     if (mitsuba_is(&o, "dielectric")) {
         *out = brume_bsdf_desc_default(BRUME_BSDF_DIELECTRIC);
+        read_dielectric(&o, out);
+    } else if (mitsuba_is(&o, "thindielectric")) {
+        *out = brume_bsdf_desc_default(BRUME_BSDF_THIN_DIELECTRIC);
         read_dielectric(&o, out);
     } else if (mitsuba_is(&o, "conductor")) {
         *out = brume_bsdf_desc_default(BRUME_BSDF_CONDUCTOR);

@@ -15,8 +15,8 @@ typedef struct plugin_list {
 
 static const plugin_list plugin_lists[] = {
     {"bsdf",
-     {"diffuse", "dielectric", "conductor", "roughconductor", "twosided", "null"},
-     {"thindielectric", "roughdielectric", "plastic", "roughplastic", "principled", "principledthin", "mask", "bumpmap",
+     {"diffuse", "dielectric", "thindielectric", "conductor", "roughconductor", "twosided", "null"},
+     {"roughdielectric", "plastic", "roughplastic", "principled", "principledthin", "mask", "bumpmap",
       "normalmap", "blendbsdf", "hair", "measured", "measured_polarized", "circular", "polarizer", "pplastic",
       "retarder", "neural"}},
     {"shape",

@@ -103,7 +103,7 @@ brume_result brume_scene_add_texture(brume_scene *scene, const brume_texture_des
 /* ---- bsdfs ------------------------------------------------------------------------------------------------------- */
 
 static int transmits(brume_bsdf_kind kind) {
-    return kind == BRUME_BSDF_DIELECTRIC || kind == BRUME_BSDF_NULL;
+    return kind == BRUME_BSDF_DIELECTRIC || kind == BRUME_BSDF_THIN_DIELECTRIC || kind == BRUME_BSDF_NULL;
 }
 
 static int texture_exceeds_one(const brume_scene_texture *texture) {
@@ -115,7 +115,7 @@ static int texture_exceeds_one(const brume_scene_texture *texture) {
 
 brume_result brume_scene_add_bsdf(brume_scene *scene, const brume_bsdf_desc *desc, uint32_t *out_id) {
     BRUME_TRY(brume_check_desc(scene, "bsdf", desc, COOKIE_BSDF));
-    if ((unsigned)desc->kind > BRUME_BSDF_NULL)
+    if ((unsigned)desc->kind > BRUME_BSDF_THIN_DIELECTRIC)
         REFUSE("bsdf: kind %d is none", (int)desc->kind);
     if (!brume_all_within(desc->reflectance, 3, 0, 1))
         REFUSE("bsdf: reflectance must be in [0, 1], not (%g, %g, %g)", desc->reflectance[0], desc->reflectance[1],

@@ -45,6 +45,7 @@ static int setup(void **state) {
         }
     }
     surfaces[surface_count++] = white(BSDF_DIELECTRIC);
+    surfaces[surface_count++] = white(BSDF_THIN_DIELECTRIC);
     surfaces[surface_count++] = white(BSDF_CONDUCTOR);
     surfaces[surface_count++] = white(BSDF_NULL);
     return device_test_setup(state);
@@ -278,6 +279,60 @@ static void coloured_dielectric(void **state) {
     free(s);
 }
 
+/* Both lobes of every ray: two faces' series summed term by term in double, straight on and mirrored. */
+static void panes(void **state) {
+    (void)state;
+    if (!device_test_offers(BRUME_PRECISION_FLOAT)) skip();
+    static const float iors[] = {1.5f, 1.33f, 1.0003f, 1, 2.4f, 0.7f}, colours[2][3] = {{1, 0.5f, 0.2f}, {0.3f, 0.9f, 0}};
+    enum { PANES = sizeof iors / sizeof *iors };
+    b_bsdf pane[PANES];
+    for (int i = 0; i < PANES; i++) {
+        pane[i] = white(BSDF_THIN_DIELECTRIC);
+        pane[i].ior = iors[i];
+        memcpy(pane[i].reflectance, colours[0], sizeof colours[0]);
+        memcpy(pane[i].transmittance, colours[1], sizeof colours[1]);
+    }
+    uint64_t random = 7;
+    for (size_t i = 0; i < COUNT; i += 2) {
+        double z = test_random_unit(&random);
+        direction o = polar(acos(i % 3 ? z : pow(z, 6)), 2 * PI * test_random_unit(&random));
+        if (test_random_bits(&random) & 1) o.z = -o.z;
+        for (size_t k = i; k < i + 2; k++) {
+            ids[k] = (uint32_t)(i / 2 % PANES);
+            put(wo, k, rounded(o, BRUME_PRECISION_FLOAT));
+            put(u, k, (direction){k == i ? 0 : LAST_UNIT, 0.5, 0.5});
+        }
+    }
+    device_case c = {BRUME_PRECISION_FLOAT, 16, pane, PANES, ids, COUNT, wo};
+    double *s = device_sample(&c, u);
+    for (size_t i = 0; i < COUNT; i += 2) {
+        double n = iors[ids[i]], z = fabs(at(wo, i).z);
+        double face = n < 1 && 1 - z * z >= n * n ? 1 : twin_fresnel_dielectric(z, n);
+        double whole = face, inside = 1 - face, carried[2][3] = {{0}};
+        for (int bounce = 0; bounce < 100000 && inside > 1e-12; bounce++) { /* out by the back, or by the front again */
+            inside *= face;
+            whole += inside * (1 - face);
+            inside *= face;
+        }
+        for (size_t j = i; j < i + 2; j++) {
+            direction o = at(wo, j), in = at(s, j);
+            int through = in.z * o.z < 0;
+            assert_true(in.x == -o.x && in.y == -o.y && fabs(in.z) == fabs(o.z));
+            assert_true(s[DELTA * COUNT + j] == 1 && s[ETA * COUNT + j] == 1);
+            for (int k = 0; k < 3; k++)
+                carried[through][k] = s[(size_t)(WEIGHT_R + k) * COUNT + j] * s[PDF * COUNT + j];
+        }
+        /* as of check_dielectric; the series doubles what one face is off by */
+        double sharp = 1 / fabs(1 - (1 - z * z) / (n * n)), eps = FLT_EPSILON;
+        double bound = 2 * eps * (8 + 8 * fmin(sharp, sqrt(1 / eps)));
+        for (int k = 0; k < 3; k++) {
+            assert_true(fabs(carried[0][k] - colours[0][k] * whole) < bound);
+            assert_true(fabs(carried[1][k] - colours[1][k] * (1 - whole)) < bound);
+        }
+    }
+    free(s);
+}
+
 static void check_conductor(brume_precision precision) {
     if (!device_test_offers(precision)) skip();
     enum { METALS = 8 };
@@ -395,7 +450,7 @@ static void two_sides(void **state) {
     double *back_v = device_eval(&c, below_i), *back_s = device_sample(&c, u), *across = device_eval(&c, wi);
     for (size_t i = 0; i < COUNT; i++) {
         int kind = sided[front_ids[i]].kind;
-        int passes = kind == BSDF_DIELECTRIC || kind == BSDF_NULL;
+        int passes = kind == BSDF_DIELECTRIC || kind == BSDF_THIN_DIELECTRIC || kind == BSDF_NULL;
         assert_true(behind_v[i] == 0 && behind_v[3 * COUNT + i] == 0);
         assert_true(passes || behind_s[WEIGHT_R * COUNT + i] == 0);
         for (size_t k = 0; k < EVAL_PLANES; k++) assert_true(back_v[k * COUNT + i] == v[k * COUNT + i]);
@@ -538,6 +593,7 @@ int main(void) {
         cmocka_unit_test(dielectric_float),
         cmocka_unit_test(dielectric_double),
         cmocka_unit_test(coloured_dielectric),
+        cmocka_unit_test(panes),
         cmocka_unit_test(conductor_float),
         cmocka_unit_test(conductor_double),
         cmocka_unit_test(null_lets_pass),

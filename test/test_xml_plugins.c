@@ -28,8 +28,9 @@ static void test_bsdfs(void **state) {
         "<float name='alpha_u' value='.2'/><float name='alpha_v' value='.3'/>"
         "<boolean name='sample_visible' value='false'/><string name='material' value='none'/></bsdf>"
         "<bsdf type='null'/>"
-        "<bsdf type='roughconductor'><float name='alpha' value='0.25'/></bsdf>"));
-    assert_int_equal(scene->bsdf_count, 9);
+        "<bsdf type='roughconductor'><float name='alpha' value='0.25'/></bsdf>"
+        "<bsdf type='thindielectric'><string name='int_ior' value='water'/></bsdf>"));
+    assert_int_equal(scene->bsdf_count, 10);
     const brume_bsdf_desc *b = scene->bsdfs;
     assert_int_equal(b[0].kind, BRUME_BSDF_DIFFUSE);
     NEAR(b[0].reflectance, 1e-6, 0.5, 0.5, 0.5);
@@ -56,6 +57,9 @@ static void test_bsdfs(void **state) {
     NEAR(&b[6].alpha_u, 1e-6, .2, .3);
     assert_int_equal(b[7].kind, BRUME_BSDF_NULL);
     NEAR(&b[8].alpha_u, 1e-6, .25, .25);
+    assert_int_equal(b[9].kind, BRUME_BSDF_THIN_DIELECTRIC);
+    NEAR(&b[9].int_ior, 1e-6, 1.333);
+    NEAR(&b[9].ext_ior, 1e-6, 1.000277);
     brume_scene_destroy(scene);
 }
 
