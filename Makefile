@@ -29,6 +29,7 @@
 # make bench-growth  time and memory against triangles, lights, pixels, samples, depth, cores; ARGS="--full"
 # make check-bench   what bench computes, held against known answers
 # make bench-effects what leaving out code is worth, scene by scene: the table of the README
+# make check-aarch64, check-mingw, check-musl: other systems, as far as they can be tried from here
 # make install        PREFIX=/usr/local, DESTDIR=: lib/packaging/install.mk; uninstall, check-install, check-completions
 # make clean
 # config=release (default) | debug | sanitize | threads | coverage;  CC=gcc | clang

@@ -74,3 +74,7 @@ check-aarch64: $(build)/render-cli $(build)/test/measure_difference
 check-mingw: $(build)/render-cli
 	@sh lib/deps.sh gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix || :
 	@sh test/check_mingw.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
+
+check-musl: $(build)/render-cli
+	@sh lib/deps.sh musl-tools || :
+	@sh test/check_musl.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
