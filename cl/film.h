@@ -9,28 +9,41 @@
 #ifndef BRUME_FILM_CL_H
 #define BRUME_FILM_CL_H
 
+#include "features.h"
 #include "math.h"
 #include "vec.h"
 
-/* The planes of `slots` pixels each; this work-item's lanes own the LANES slots from `first` on. */
+#define FILM_HELD (HAS(LIGHT_LAYERS) ? FILM_LAYER_PLANES : HAS(GUIDES) ? FILM_GUIDE_PLANES : FILM_PLANES)
+
+/* The planes of `slots` pixels each, and what this work-item's lanes hold of them: LANES pixels next to each other, or
+ * wherever a schedule has found them. */
 typedef struct {
     __global float *planes;
-    size_t slots, first;
+    size_t slots;
+    ireal slot; /* of each lane's pixel; below 0: none */
+    real values[FILM_HELD];
 } film;
 
-FN __global float *film_plane(const film *f, int plane) { return f->planes + (size_t)plane * f->slots + f->first; }
-
-FN void film_add_plain(const film *f, int plane, real x, mask m) {
-    __global float *p = film_plane(f, plane);
-    real old = load_lanes(p);
-    store_lanes(m ? old + x : old, p);
+FN void film_load(film *f) {
+    lanes_of_ireal at;
+    at.all = f->slot;
+    for (int plane = 0; plane < FILM_HELD; plane++) {
+        lanes_of_real held;
+        EACH_LANE(k) held.one[k] = at.one[k] < 0 ? 0 : f->planes[plane * f->slots + (size_t)at.one[k]];
+        f->values[plane] = held.all;
+    }
 }
 
-/* To three planes. */
-FN void film_add_rgb(const film *f, int plane, rgb x, mask m) {
-    film_add_plain(f, plane, x.r, m);
-    film_add_plain(f, plane + 1, x.g, m);
-    film_add_plain(f, plane + 2, x.b, m);
+FN void film_store(const film *f) {
+    lanes_of_ireal at;
+    at.all = f->slot;
+    for (int plane = 0; plane < FILM_HELD; plane++) {
+        lanes_of_real held;
+        held.all = f->values[plane];
+        EACH_LANE(k) {
+            if (at.one[k] >= 0) f->planes[plane * f->slots + (size_t)at.one[k]] = (float)held.one[k];
+        }
+    }
 }
 
 /* As the film will hold it: what a double loses on the way goes to the compensation, too. */
@@ -42,15 +55,25 @@ FN real film_precision(real x) {
 #endif
 }
 
-FN void film_add(const film *f, int sum_plane, int rest_plane, real x, mask m) {
-    __global float *sum_at = film_plane(f, sum_plane), *rest_at = film_plane(f, rest_plane);
-    real sum = load_lanes(sum_at), rest = load_lanes(rest_at);
+FN void film_add_plain(film *f, int plane, real x, mask m) {
+    f->values[plane] = m ? film_precision(f->values[plane] + x) : f->values[plane];
+}
+
+/* To three planes. */
+FN void film_add_rgb(film *f, int plane, rgb x, mask m) {
+    film_add_plain(f, plane, x.r, m);
+    film_add_plain(f, plane + 1, x.g, m);
+    film_add_plain(f, plane + 2, x.b, m);
+}
+
+FN void film_add(film *f, int sum_plane, int rest_plane, real x, mask m) {
+    real sum = f->values[sum_plane], rest = f->values[rest_plane];
     real next = film_precision(sum + x);
     real lost = fabs(sum) >= fabs(x) ? (sum - next) + x : (x - next) + sum; /* exact (Dekker 1971) */
     real low = rest + lost;
     real high = film_precision(next + low);
-    store_lanes(m ? high : sum, sum_at);
-    store_lanes(m ? low - (high - next) : rest, rest_at);
+    f->values[sum_plane] = m ? high : sum;
+    f->values[rest_plane] = m ? film_precision(low - (high - next)) : rest;
 }
 
 #endif

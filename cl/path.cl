@@ -24,7 +24,7 @@ FN mask path_is_broken(const path *p) {
 }
 
 /* The parts of the light, cut as the whole is. */
-FN void finish_layers(const film *f, const path *p, real most, mask good) {
+FN void finish_layers(film *f, const path *p, real most, mask good) {
     const light_layers *l = &p->layers;
     rgb cut;
     cut.r = p->radiance.r > most ? most / p->radiance.r : R(1);
@@ -39,7 +39,7 @@ FN void finish_layers(const film *f, const path *p, real most, mask good) {
 }
 
 /* Adds finished paths to the film. */
-FN void finish_paths(const film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
+FN void finish_paths(film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
                      mask finished) {
     mask broken = finished & path_is_broken(p);
     if (ANY(broken)) {
@@ -74,8 +74,7 @@ FN void finish_paths(const film *f, const path *p, real most, __global uint *bad
 /* `samples` samples of each pixel of a group from `first_sample` on.
  *
  * LAUNCH_PILOT: looks along one camera ray of each pixel, writes the plan, and adds nothing to the film.
- * LAUNCH_ADAPTIVE: `group` counts in those tiles that the schedule begins with, and no pixel gets samples beyond its
- * end, an index: the ends of all slots follow, behind room for all tiles.
+ * LAUNCH_ADAPTIVE: of those pixels whose slots the schedule holds, LANES to a group; below 0 stands for none.
  *
  * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
  * whole body inlined: the machine code was generated three times over. */
@@ -89,33 +88,28 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
     uint tile_height = LAYOUT_LANES / TILE_WIDTH;
     uint tiles_y = ((uint)params->crop_height + tile_height - 1) / tile_height;
     uint tiles = tiles_x * tiles_y;
-    const uint narrow = LAYOUT_LANES / LANES; /* groups in a tile */
-    if (launch & LAUNCH_ADAPTIVE) group = (uint)schedule[group / narrow] * narrow + group % narrow;
     film f;
     f.planes = planes;
     f.slots = (size_t)tiles * LAYOUT_LANES;
-    f.first = (size_t)group * LANES;
-
-    uint tile = group / narrow;
-    ireal place = I(group % narrow * LANES) + lane_index();
-    ireal in_x = I((tile % tiles_x) * TILE_WIDTH) + (place & I(TILE_WIDTH - 1));
-    ireal in_y = I((tile / tiles_x) * tile_height) + place / I(TILE_WIDTH);
-    mask inside = (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
+    f.slot = I(group * LANES) + lane_index();
+    if (launch & LAUNCH_ADAPTIVE) f.slot = gather_int(schedule, f.slot);
+    mask inside = f.slot >= I(0);
+    ireal slot = inside ? f.slot : I(0), tile = slot / I(LAYOUT_LANES), place = slot % I(LAYOUT_LANES);
+    ireal in_x = tile % I(tiles_x) * I(TILE_WIDTH) + place % I(TILE_WIDTH);
+    ireal in_y = tile / I(tiles_x) * I(tile_height) + place / I(TILE_WIDTH);
+    inside = inside & (in_x < I(params->crop_width)) & (in_y < I(params->crop_height));
     ireal x = in_x + I(params->crop_x), y = in_y + I(params->crop_y);
 
-    s.plan = plan + f.first;
+    s.plan = plan;
     s.plan_stride = f.slots;
+    s.plan_slot = slot;
     s.is_pilot = (launch & LAUNCH_PILOT) != 0;
 
-    ireal quota = I(samples);
-    if (launch & LAUNCH_ADAPTIVE) {
-        ireal end = gather_int(schedule + tiles + f.first, lane_index());
-        quota = (end - I(first_sample) < quota) ? end - I(first_sample) : quota;
-    }
+    film_load(&f);
     ireal started = I(0);
     path p = path_none();
     for (ulong steps = (ulong)samples * LANES * MAX_SEGMENTS; steps > 0; steps--) {
-        mask idle = inside & !p.alive & (started < quota);
+        mask idle = inside & !p.alive & (started < I(samples));
         if (ANY(idle) && (!ANY(p.alive) || count_lanes(idle) > MAX_IDLE)) {
             path fresh = path_start(&s, x, y, U32(first_sample) + to_ureal32(started), idle);
             p = path_select(idle, fresh, p);
@@ -130,6 +124,7 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
             finish_paths(&f, &p, R(params->clamp), bad, y * I(params->width) + x,
                          U32(first_sample) + to_ureal32(started) - U32(1), finished);
     }
+    if (!s.is_pilot) film_store(&f);
 }
 
 /* The lanes are vectors already: without the hint, Intel's runtime widens them once more.

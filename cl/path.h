@@ -68,7 +68,7 @@ FN void path_roulette(const scene *s, path *p, real u, mask live) {
 
 /* The film's first-hit channels: recorded at the first surface that is neither null nor specular, whether or not the
  * fog scatters before it: the guides of a denoiser should have no noise of their own. */
-FN void path_guides(const film *f, path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
+FN void path_guides(film *f, path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
     mask record = p->first & plain;
     if (ANY(record)) {
         vec n = vselect(vdot(at->ns, p->d) > R(0), vneg(at->ns), at->ns);
@@ -170,7 +170,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
 }
 
 /* One segment for every living lane. */
-FN void path_step(const scene *s, const film *f, path *p) {
+FN void path_step(const scene *s, film *f, path *p) {
     ireal max_depth = I(s->params->max_depth);
     mask looking = p->alive & p->first;
     if (HAS(LIGHT_LAYERS)) p->layers.segments = p->alive ? p->layers.segments + R(1) : p->layers.segments;

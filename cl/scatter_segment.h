@@ -112,10 +112,11 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
 #define PILOT_POSITIONS 16
 FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, real margin, mask live,
                    __global uchar *row) {
-    lanes_of_ireal in;
+    lanes_of_ireal in, slots;
     lanes_of_real margins;
     in.all = live;
     margins.all = margin;
+    slots.all = s->plan_slot;
     for (int k = 0; k < LANES; k++) {
         if (!in.one[k]) continue;
         wedge w = wedge_take(rows, k);
@@ -128,13 +129,14 @@ FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32
         if (c.visits < PLAN_RASTER_VISITS) way = PLAN_RASTER;
         if (c.touches == 0) way = PLAN_INTEGRAL;
         if (bits == all) way = PLAN_ONE;
-        row[k] = way;
+        row[slots.one[k]] = way;
     }
 }
 
-FN ireal plan_read(__global const uchar *row) {
-    lanes_of_ireal p;
-    EACH_LANE(k) p.one[k] = row[k];
+FN ireal plan_read(const scene *s, __global const uchar *row) {
+    lanes_of_ireal p, slots;
+    slots.all = s->plan_slot;
+    EACH_LANE(k) p.one[k] = row[slots.one[k]];
     return p.all;
 }
 
@@ -178,7 +180,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c).
      * */
     int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
-    ireal way = planned ? plan_read(plan) : I(PLAN_UNKNOWN);
+    ireal way = planned ? plan_read(s, plan) : I(PLAN_UNKNOWN);
     mask controlled = FALSE_MASK;
     if (!nulls) {
         planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));

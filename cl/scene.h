@@ -21,8 +21,9 @@ typedef struct {
     __global const b_emitter *emitters;
     __global const float *cdf, *filter;
     __global const b_light_block *light_tree;
-    __global uchar *plan;  /* of this work-item's first pixel, or NULL; see shared.h */
+    __global uchar *plan;  /* of the whole film, or NULL; see shared.h */
     size_t plan_stride;    /* from lamp to lamp */
+    ireal plan_slot;       /* of each lane's pixel */
     int is_pilot;          /* writes the plan; else reads it */
 #ifdef TRACE
     __global b_trace_vertex *trace;
@@ -68,6 +69,7 @@ typedef struct {
     s.light_tree = light_tree;                  \
     s.plan = NULL;                              \
     s.plan_stride = 0;                          \
+    s.plan_slot = I(0);                         \
     s.is_pilot = 0
 
 /* Farther than anything in a scene, near enough that its square is finite in float. */

@@ -95,9 +95,9 @@ cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups
 cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units, uint32_t first, uint32_t samples,
                                  cl_uint mode);
 
-/* For a pass of adaptive sampling from samples_done on, malloc'ed, `size` bytes: the tiles that take part, pass_groups of
- * them, and behind room for all tiles the index at which each slot ends; 0 for pixels that take no part. NULL: no
- * memory. */
+/* For a pass of adaptive sampling from samples_done on, malloc'ed, `size` bytes: the slots of the pixels that take part,
+ * side by side as they lie in the film, whatever lies between them, so that all lanes have work. In pass_groups groups,
+ * the last filled up with -1. NULL: no memory. */
 cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
 /* For brume_film_plane_count. */
@@ -128,8 +128,8 @@ int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int c
  * and counts all of them as done. Groups stay in doubt while that fails, or where smaller launches are to be tried. */
 brume_result brume_render_settle(brume_render *render);
 
-/* Tells the kernel which tiles take part in the adaptive pass from samples_done on, and where each of their pixels ends;
- * sets pass_groups. (render_run.c) */
+/* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass_groups.
+ * (render_run.c) */
 brume_result brume_render_write_schedule(brume_render *render);
 
 /* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth.

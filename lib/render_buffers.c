@@ -47,7 +47,7 @@ static const char *const names[ALL_BUFFERS] = {
 static void film_sizes(const brume_render *render, size_t sizes[FILM_BUFFERS]) {
     size_t slots = brume_film_slot_count(&render->layout);
     size_t planes = brume_film_plane_count(brume_render_recorded(render));
-    size_t schedule = brume_goal_exists(render) ? render->layout.group_count + slots : 1;
+    size_t schedule = brume_goal_exists(render) ? slots : 1;
     sizes[0] = planes * slots * sizeof(float);
     sizes[1] = BAD_SIZE * sizeof(cl_uint);
     sizes[2] = render->needs_pilot ? EVERY_LAMP * slots : 1;

@@ -144,7 +144,7 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
         if (may_adapt(r) && r->looked && r->error.known) {
             brume_allocation_free(r->allocation);
-            r->allocation = brume_allocation_create(&r->estimate, 0, 0, order_ahead(r), MOST_SAMPLES);
+            r->allocation = brume_allocation_create(&r->estimate, order_ahead(r), MOST_SAMPLES);
             if (!r->allocation)
                 result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
         }
@@ -204,7 +204,6 @@ static void next_adaptive_stage(brume_render *r, double budget) {
     }
     if (detail > most) detail = most;
     brume_allocation_predict(r->allocation, detail, &then, &unused);
-    /* On the way to a target pixels may get more samples at no predicted cost: as many as others in their 4 x 4. */
     if (then <= now && !(d->noise_threshold > 0)) {
         r->finished = 1;
         return;

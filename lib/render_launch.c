@@ -41,23 +41,19 @@ cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units
 
 cl_int *brume_render_make_schedule(brume_render *r, size_t *size) {
     const brume_film_layout *l = &r->layout;
-    size_t slots = brume_film_slot_count(l), lanes = slots / l->group_count;
-    *size = (l->group_count + slots) * sizeof(cl_int);
-    cl_int *schedule = calloc(1, *size);
+    size_t slots = brume_film_slot_count(l), lanes = slots / l->group_count, count = 0;
+    cl_int *schedule = calloc(slots, sizeof *schedule);
     if (!schedule) return NULL;
-    cl_int *ends = schedule + l->group_count;
     for (uint32_t y = 0; y < l->height; y++)
         for (uint32_t x = 0; x < l->width; x++) {
             size_t i = (size_t)y * l->width + x;
-            if (r->done[i] == r->samples_done && r->ends[i] > r->done[i])
-                ends[brume_film_slot_of(l, x, y)] = (cl_int)(r->desc.first_sample + r->ends[i]);
+            schedule[brume_film_slot_of(l, x, y)] = r->done[i] == r->samples_done && r->ends[i] > r->done[i];
         }
-    r->pass_groups = 0;
-    for (uint32_t group = 0; group < l->group_count; group++) {
-        int wanted = 0;
-        for (size_t k = group * lanes; k < (group + 1) * lanes; k++) wanted |= ends[k] != 0;
-        if (wanted) schedule[r->pass_groups++] = (cl_int)group;
-    }
+    for (size_t slot = 0; slot < slots; slot++)
+        if (schedule[slot]) schedule[count++] = (cl_int)slot;
+    while (count % lanes) schedule[count++] = -1;
+    r->pass_groups = (uint32_t)(count / lanes);
+    *size = count * sizeof *schedule;
     return schedule;
 }
 

@@ -29,22 +29,17 @@ static int look_at_slot(const survey *s, size_t slot) {
     const brume_render *r = s->r;
     double before = r->samples_done, after = before + r->pass_samples;
     if (!is_inside(&r->layout, slot)) return 0;
-    if (s->schedule) {
-        cl_int end = s->schedule[r->layout.group_count + slot];
-        if (end == 0) return 0;
-        if (after > end - (double)r->desc.first_sample) after = end - (double)r->desc.first_sample;
-    }
     if (s->count[slot] <= before) return ABSENT;
     return s->count[slot] >= after || s->any_bad ? PRESENT : TORN;
 }
 
 static int look_at_unit(const survey *s, size_t unit) {
-    const brume_render *r = s->r;
-    size_t tile = unit / s->units, lanes = r->program.lanes;
-    if (s->schedule) tile = (size_t)s->schedule[tile];
-    size_t first = tile * r->stats.lanes + unit % s->units * lanes;
+    size_t lanes = s->r->program.lanes;
     int state = 0;
-    for (size_t slot = first; slot < first + lanes; slot++) state |= look_at_slot(s, slot);
+    for (size_t i = unit * lanes; i < (unit + 1) * lanes; i++) {
+        if (s->schedule && s->schedule[i] < 0) continue;
+        state |= look_at_slot(s, s->schedule ? (size_t)s->schedule[i] : i);
+    }
     return state;
 }
 

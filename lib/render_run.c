@@ -100,8 +100,8 @@ brume_result brume_render_write_schedule(brume_render *r) {
     size_t size;
     cl_int *schedule = brume_render_make_schedule(r, &size);
     if (!schedule) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
-    cl_int code =
-        clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, size, schedule, 0, NULL, NULL);
+    cl_int code = CL_SUCCESS;
+    if (size) code = clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, size, schedule, 0, NULL, NULL);
     free(schedule);
     return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "placing samples");
 }

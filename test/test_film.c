@@ -9,6 +9,7 @@
 
 #include <cmocka.h>
 
+#include "../cl/shared.h"
 #include "device_test.h"
 #include "known_answer.h"
 #include "stability.h"
@@ -19,9 +20,11 @@ static const char text[] =
     "#include \"film.h\"\n"
     "__kernel void test(__global const LANE_REAL *table, __global const uint *range, __global float *planes) {\n"
     "    film f;\n"
-    "    f.planes = planes; f.slots = 16; f.first = AT;\n"
+    "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n"
+    "    film_load(&f);\n"
     "    for (uint i = range[0]; i < range[1]; i++)\n"
     "        film_add(&f, 0, 1, LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n"
+    "    film_store(&f);\n"
     "}\n";
 
 /* What the pixels get, again and again: constants, of which most rounding errors have one sign; exponentially
@@ -45,10 +48,10 @@ static void fill(double table[TABLE][PIXEL_COUNT]) {
 /* sum + rest of each pixel after the samples first ... end - 1. */
 static void add_up(const char *kernel, brume_precision precision, double table[TABLE][PIXEL_COUNT], uint32_t first,
                    uint32_t end, double out[PIXEL_COUNT]) {
-    uint32_t range[16] = {first, end}, planes[2 * PIXEL_COUNT];
-    float values[2 * PIXEL_COUNT];
+    uint32_t range[16] = {first, end}, planes[FILM_LAYER_PLANES * PIXEL_COUNT];
+    float values[FILM_LAYER_PLANES * PIXEL_COUNT];
     const device_array arrays[] = {{READ_REAL, table, TABLE * PIXEL_COUNT}, {READ_BITS, range, 16},
-                                   {WRITE_BITS, planes, 2 * PIXEL_COUNT}};
+                                   {WRITE_BITS, planes, FILM_LAYER_PLANES * PIXEL_COUNT}};
     device_test_run(kernel, NULL, 16, precision, PIXEL_COUNT, arrays, 3);
     memcpy(values, planes, sizeof values);
     for (int k = 0; k < PIXEL_COUNT; k++) out[k] = (double)values[k] + values[PIXEL_COUNT + k];
@@ -84,10 +87,9 @@ static void ten_million_samples(void **state) {
                       "of the sum of |x|", bound, worst, "pixel %d of the test", where);
     }
     /* What it is there for: a compensation that is only added up. */
-    const char *planted = device_test_plant("film.h", "store_lanes(m ? high : sum, sum_at);\n"
-                                                      "    store_lanes(m ? low - (high - next) : rest, rest_at);",
-                                            "store_lanes(m ? next : sum, sum_at);\n"
-                                            "    store_lanes(m ? low : rest, rest_at);", text);
+    const char *planted = device_test_plant(
+        "film.h", "= m ? high : sum;\n    f->values[rest_plane] = m ? film_precision(low - (high - next))",
+        "= m ? next : sum;\n    f->values[rest_plane] = m ? film_precision(low)", text);
     add_up(planted, BRUME_PRECISION_FLOAT, table, 0, TABLE * ROUNDS, got);
     double naive = worst_of(table, got, &where);
     print_message("as Neumaier: %.3g in pixel %d\n", naive, where);

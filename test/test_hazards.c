@@ -12,6 +12,7 @@
 
 #include <cmocka.h>
 
+#include "../cl/shared.h"
 #include "device_test.h"
 #include "hazards.h"
 #include "stability.h"
@@ -370,14 +371,16 @@ static void a_film_of_many_samples(void **state) {
         "#include \"film.h\"\n"
         "__kernel void test(__global float *planes) {\n"
         "    film f;\n"
-        "    f.planes = planes; f.slots = 16; f.first = AT;\n"
+        "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n"
+        "    film_load(&f);\n"
         "    for (int i = 0; i < 1 << 25; i++) {\n"
         "        film_add(&f, 0, 1, R(1), TRUE_MASK);\n"
         "        film_add_plain(&f, 2, R(1), TRUE_MASK);\n"
         "    }\n"
+        "    film_store(&f);\n"
         "}\n";
-    double planes[48];
-    const device_array arrays[] = {{WRITE_REAL, planes, 48}};
+    double planes[16 * FILM_LAYER_PLANES];
+    const device_array arrays[] = {{WRITE_REAL, planes, 16 * FILM_LAYER_PLANES}};
     device_test_run(text, NULL, 16, BRUME_PRECISION_FLOAT, 16, arrays, 1);
     double ours = 0, naive = INFINITY;
     for (int i = 0; i < 16; i++) {

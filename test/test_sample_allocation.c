@@ -44,42 +44,25 @@ static void make_estimate(brume_error_estimate *e) {
     }
 }
 
-/* As a vector unit pays for them: 4 x 4 pixels, counted from the picture's corner, cost their maximum each. */
-static double cost_of(const uint32_t *counts, int x0, int y0) {
-    double sum = 0;
-    for (int y = 0; y < HEIGHT; y++)
-        for (int x = 0; x < WIDTH; x++) {
-            uint32_t most = 0;
-            for (int j = 0; j < HEIGHT; j++)
-                for (int i = 0; i < WIDTH; i++)
-                    if ((x0 + i) / 4 == (x0 + x) / 4 && (y0 + j) / 4 == (y0 + y) / 4 && counts[j * WIDTH + i] > most)
-                        most = counts[j * WIDTH + i];
-            sum += most;
-        }
-    return sum / PIXELS;
-}
-
 static void budget_is_kept(void **state) {
     (void)state;
     static uint32_t counts[PIXELS];
     brume_error_estimate e;
     brume_allocation *a;
     make_estimate(&e);
-    for (int x0 = 0; x0 < 4; x0 += 3) {
-        assert_non_null(a = brume_allocation_create(&e, (uint32_t)x0, 6, 1.5, 1 << 14));
-        for (double budget = 20; budget < 20000; budget *= 1.7) {
-            int detail = brume_allocation_for_samples(a, budget);
-            double samples, relmse;
-            brume_allocation_predict(a, detail, &samples, &relmse);
-            brume_allocation_counts(a, detail, counts);
-            double cost = cost_of(counts, x0, 6);
-            assert_true(fabs(cost - samples) < 1e-9 * cost);
-            assert_true(samples <= budget);
-            /* Finely graded: little of the budget is left over, unless all have as many as they may. */
-            assert_true(samples > 0.85 * budget || samples > 0.999 * (1 << 14));
-        }
-        brume_allocation_free(a);
+    assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 14));
+    for (double budget = 20; budget < 20000; budget *= 1.7) {
+        int detail = brume_allocation_for_samples(a, budget);
+        double samples, relmse, cost = 0;
+        brume_allocation_predict(a, detail, &samples, &relmse);
+        brume_allocation_counts(a, detail, counts);
+        for (int i = 0; i < PIXELS; i++) cost += (double)counts[i] / PIXELS;
+        assert_true(fabs(cost - samples) < 1e-9 * cost);
+        assert_true(samples <= budget);
+        /* Finely graded: little of the budget is left over, unless all have as many as they may. */
+        assert_true(samples > 0.85 * budget || samples > 0.999 * (1 << 14));
     }
+    brume_allocation_free(a);
     brume_error_estimate_free(&e);
 }
 
@@ -89,7 +72,7 @@ static void counts_are_powers_of_two_and_only_grow(void **state) {
     brume_error_estimate e;
     brume_allocation *a;
     make_estimate(&e);
-    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
+    assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 12));
     brume_allocation_counts(a, 0, before);
     for (int i = 0; i < PIXELS; i++) assert_int_equal(before[i], FIRST);
     double error_before = INFINITY;
@@ -117,7 +100,7 @@ static void samples_go_where_the_error_is(void **state) {
     brume_error_estimate e;
     brume_allocation *a;
     make_estimate(&e);
-    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 16));
+    assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 16));
     double samples, relmse, all, start;
     brume_allocation_predict(a, 0, &all, &start);
     assert_true(fabs(all - FIRST) < 1e-9);
@@ -138,6 +121,36 @@ static void samples_go_where_the_error_is(void **state) {
     brume_error_estimate_free(&e);
 }
 
+/* Errors on a line of single pixels, steep or flat: those beside it get much fewer samples than those on it. */
+static void a_line_is_a_pixel_wide(void **state) {
+    (void)state;
+    static uint32_t counts[PIXELS];
+    for (int slope = 0; slope < 3; slope++) {
+        brume_error_estimate e;
+        brume_allocation *a;
+        double on = 0, beside = 0, n_on = 0, n_beside = 0;
+        make_estimate(&e);
+        for (int i = 0; i < PIXELS; i++) {
+            int off = abs(i % WIDTH - 8 - i / WIDTH * slope / 2);
+            for (int c = 0; c < 3; c++) e.last[3 * i + c] *= off == 0 ? 1e4f : 1;
+            for (int c = 0; c < 3; c++) e.last[3 * i + c] = fminf(e.last[3 * i + c], off == 0 ? 1 : 1e-6f);
+            for (int c = 0; c < 3; c++) e.before[3 * i + c] = 2 * e.last[3 * i + c];
+        }
+        assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 16));
+        brume_allocation_counts(a, brume_allocation_for_samples(a, 200), counts);
+        for (int i = 0; i < PIXELS; i++) {
+            int x = i % WIDTH, y = i / WIDTH, off = abs(x - 8 - y * slope / 2);
+            if (x < 3 || y < 3 || x > WIDTH - 4 || y > HEIGHT - 4) continue;
+            if (off == 0) on += counts[i], n_on++;
+            if (off == 1) beside += counts[i], n_beside++;
+        }
+        print_message("slope %d: %.0f samples on the line, %.0f beside it\n", slope, on / n_on, beside / n_beside);
+        assert_true(on / n_on > 1.4 * (beside / n_beside));
+        brume_allocation_free(a);
+        brume_error_estimate_free(&e);
+    }
+}
+
 /* However a pixel's own error changes, the total being the same, its count does not. */
 static void a_pixel_has_no_say_in_its_count(void **state) {
     (void)state;
@@ -146,9 +159,9 @@ static void a_pixel_has_no_say_in_its_count(void **state) {
     make_estimate(&e);
     const int here = 20 * WIDTH + 12, there = 2 * WIDTH + 40;
     for (int c = 0; c < 3; c++) e.last[3 * here + c] = 0, e.last[3 * there + c] = 1;
-    assert_non_null(a = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
+    assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 12));
     for (int c = 0; c < 3; c++) e.last[3 * here + c] = 1, e.last[3 * there + c] = 0;
-    assert_non_null(b = brume_allocation_create(&e, 0, 0, 1.5, 1 << 12));
+    assert_non_null(b = brume_allocation_create(&e, 1.5, 1 << 12));
     assert_int_equal(a->bin[here], b->bin[here]);
     assert_int_equal(a->bin[there], b->bin[there]);
     assert_true(b->bin[here + 1] > a->bin[here + 1] + 8); /* while its neighbours get more */
@@ -179,7 +192,7 @@ static double picture_mean(uint64_t *random, int own) {
     if (own) {
         for (int i = 0; i < PIXELS; i++) counts[i] = e.last[3 * i] > 0 ? 16 * FIRST : FIRST;
     } else {
-        assert_non_null(a = brume_allocation_create(&e, 0, 0, 1, 1 << 12));
+        assert_non_null(a = brume_allocation_create(&e, 1, 1 << 12));
         brume_allocation_counts(a, brume_allocation_for_samples(a, 5 * FIRST), counts);
         brume_allocation_free(a);
     }
@@ -210,6 +223,7 @@ int main(void) {
         cmocka_unit_test(budget_is_kept),
         cmocka_unit_test(counts_are_powers_of_two_and_only_grow),
         cmocka_unit_test(samples_go_where_the_error_is),
+        cmocka_unit_test(a_line_is_a_pixel_wide),
         cmocka_unit_test(a_pixel_has_no_say_in_its_count),
         cmocka_unit_test(means_are_unbiased),
     };
