@@ -143,10 +143,9 @@ def main():
             contest.complain("%s is left out: %s" % (renderer.name, missing))
         else:
             taking_part.append(renderer)
-    names = [renderer.name for renderer in taking_part]
     chosen = [row.prepare(options.size) for row in rows.ROWS
               if any(text in row.name for text in options.scenes.split(","))]
-    if not chosen or "brume" not in names:
+    if not chosen or taking_part[0].name != "brume":
         contest.complain("there is nothing to measure")
         return 2
 
@@ -161,28 +160,35 @@ def main():
             continue
         results.append(tables.result(row, contenders, options.clock, options.seconds))
         print(summary(results[-1]), flush=True)
+        write(options, taking_part, results, startup, time.monotonic() - start)
     for renderer in [] if options.no_startup else taking_part:
         try:
             startup[renderer.name] = start_up(renderer, chosen[0], build)
         except renderers.Failure as failure:
             contest.complain("start of %s: %s" % (renderer.name, failure))
+    print("\n" + write(options, taking_part, results, startup, time.monotonic() - start))
+    return 0 if any(r["ratios"] for r in results) else 1
 
-    about = machine()
+
+def write(options, taking_part, results, startup, seconds):
+    """bench.md and bench.json of what there is; returns the former."""
+    import tables
+    names, about = [renderer.name for renderer in taking_part], machine()
     text = ["%s, %d cores used, %s, commit %s; %s clock, %d² pixels, %.0f minutes." % (
         about["processor"], about["cores_used"], about["date"], about["commit"], options.clock, options.size,
-        (time.monotonic() - start) / 60)]
+        seconds / 60)]
     text += [tables.table(results, names, measure, options.seconds) for measure in tables.MEASURES]
     text.append(tables.speed_table(results, startup, names))
+    text.append("*: extrapolated. ~: its own reference is off by more than ten times that; doubtful.")
     text += ["- %s %s: %s" % (r.name, getattr(r, "version", ""), r.settings) for r in taking_part]
     text = "\n\n".join(text[:-len(taking_part)]) + "\n\n" + "\n".join(text[-len(taking_part):]) + "\n"
-    print("\n" + text)
     with open(os.path.join(options.out, "bench.md"), "w", encoding="utf-8") as file:
         file.write(text)
     with open(os.path.join(options.out, "bench.json"), "w", encoding="utf-8") as file:
         json.dump({"machine": about, "options": vars(options), "startup_seconds": startup,
                    "versions": {r.name: getattr(r, "version", None) for r in taking_part}, "rows": results},
                   file, indent=1)
-    return 0 if any(r["ratios"] for r in results) else 1
+    return text
 
 
 def summary(result):

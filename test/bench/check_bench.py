@@ -89,7 +89,8 @@ class Times(unittest.TestCase):
 
     def test_extrapolated_orders_are_bounded(self):
         self.assertAlmostEqual(judge.time_to([(1, 1e-2), (2, 0.99e-2)], 0.495e-2)[0], 8, 6)
-        self.assertAlmostEqual(judge.time_to([(1, 1), (2, 1e-6)], 0.25e-6)[0], 4, 6)
+        self.assertAlmostEqual(judge.time_to([(1, 1), (2, 1e-6)], 0.25e-6)[0], 8, 6)
+        self.assertAlmostEqual(judge.error_at([(1, 1), (2, 1e-6)], 4)[0], 0.25e-6, 9)
 
     def test_the_first_picture_is_good_enough(self):
         self.assertEqual(judge.time_to(self.points(-1), 1), (0.5, False))

@@ -11,6 +11,7 @@ import judge
 import renderers
 
 CLOSE = 1.5  # a second mode of a peer goes on if its pilot is not worse than the best by more
+ENOUGH = 1e-4  # error below which nothing is asked for, but where the goal is an error
 REPEAT_BELOW = 0.4  # seconds: what is shorter is rendered three times
 
 
@@ -174,6 +175,8 @@ class Contest:
         if level == 0 or not contender.points:
             return 1
         last = contender.points[-1]
+        if last["error"] < ENOUGH and not (self.row.goal and self.row.goal[0] == "error"):
+            return 0
         seconds = last[self.options.clock]
         if seconds >= 0.7 * self.options.seconds or (
                 len(contender.points) > 1 and last["spp"] < 4 * contender.points[-2]["spp"]):

@@ -51,8 +51,8 @@ def agree(mean, sigma, other, other_sigma, tolerance=0.02):
 
 def time_to(points, target):
     """Seconds until the error is `target`, and whether that lies beyond what was measured. points: (seconds, error),
-    ascending. Between two of them a power law, outside of them that of the last (first) two, of an order from -2 to
-    -1/2; None without points."""
+    ascending. Between two of them a power law; beyond them that of the last three, but no steeper than -1, which noise
+    comes to in the end, and no flatter than -1/2. None without points."""
     points = [(t, e) for t, e in points if t > 0 and e > 0]
     if not points:
         return None, False
@@ -65,11 +65,12 @@ def time_to(points, target):
     if points[0][1] < target:
         return points[0][0], False  # it was there before the first point; to be read as "at most"
     order = slope(points[-3:])
-    return points[-1][0] * (target / points[-1][1]) ** (1 / min(-0.5, max(-2.0, order))), True
+    return points[-1][0] * (target / points[-1][1]) ** (1 / min(-0.5, max(-1.0, order))), True
 
 
 def error_at(points, seconds):
-    """The error after so many seconds, and whether that lies beyond what was measured."""
+    """The error after so many seconds, and whether that is beyond what was measured; there the order is from -2, which
+    stratified points can keep up for long, to -1/2."""
     points = [(t, e) for t, e in points if t > 0 and e > 0]
     if not points:
         return None, False

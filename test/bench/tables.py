@@ -65,8 +65,9 @@ def table(results, names, measure, seconds):
             entry = r["renderers"].get(name, {})
             if "figures" in entry:
                 value, mark = entry["figures"][measure]
+                reached = value if measure == "error" else float(measure)
                 cells.append("-" if value is None else ("≤ " if mark == "<" else "") + "%.2g" % value +
-                             ("*" if mark == "*" else ""))
+                             ("*" if mark == "*" else "") + ("~" if entry["reference_error"] > 10 * reached else ""))
             else:
                 cells.append("refused" if str(entry.get("failure", "")).startswith("refused") else "failed")
         goal = r.get("goal")
