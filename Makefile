@@ -88,7 +88,7 @@ CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
 link_flags := $(flags.$(config)) $(LDFLAGS)
 libs.linux := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread -ldl
 libs.macos := -framework OpenCL -lOpenEXRCore -lassimp -lexpat -lc++
-libs.windows := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm
+libs.windows := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lws2_32
 libs := $(libs.$(platform))
 
 # The operating system behind one file: lib/platform.h, apps/platform.h.

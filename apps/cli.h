@@ -86,6 +86,7 @@ struct cli_options {
     float exposure;
     brume_tonemap tonemap;
     brume_denoise denoise;
+    const char *display_server; /* NULL: none */
     uint32_t layers; /* as in brume_picture_desc */
     const char *checkpoint; /* file for the state of the render; NULL: none */
     double checkpoint_interval; /* seconds */
@@ -207,6 +208,24 @@ void cli_stats_print(FILE *file, const cli_run *run);
 void cli_stats_effects(FILE *file, const brume_render_stats *stats);
 /* A few lines for -v. */
 void cli_stats_summary(FILE *file, const cli_run *run);
+
+/* ---- a viewer (cli_display.c) ---- */
+
+/* tev, for one render. Whatever becomes of it, the render goes on. */
+typedef struct cli_display {
+    brume_render *render;
+    const char *server;
+    char name[1024];     /* of the picture there: the scene's */
+    uint32_t width, height;
+    int verbosity;
+    int socket;          /* -1: none, or it has gone */
+    double next;         /* time of the next picture */
+} cli_display;
+
+void cli_display_start(cli_display *display, brume_render *render, const cli_options *options);
+/* From the progress callback: shows the picture as it is, now and then. */
+void cli_display_update(cli_display *display);
+void cli_display_finish(cli_display *display); /* the last picture */
 
 /* ---- output files (cli_output.c) ---- */
 

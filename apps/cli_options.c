@@ -61,6 +61,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_DENOISE] =
         {RENDER, 0, "denoise", "none|beauty|layers", "by Open Image Denoise: an EXR gets the layer denoised, a PNG is\n"
                                                      "made of it; the whole picture, or surface and volume apart"},
+    [OPTION_DISPLAY] =
+        {RENDER, 0, "display-server", "HOST[:PORT]", "shows the picture in tev while it renders (port: 14158)"},
     [OPTION_DEVICE] =
         {EVERY | SAMPLE, 0, "device", "I|NAME",
          "device by index or part of its name (default: a GPU, else the CPU)"},

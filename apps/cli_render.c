@@ -76,12 +76,26 @@ static int write_stats(const cli_run *run)
     return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
 }
 
+/* Who wants to know how far it is. */
+typedef struct watchers {
+    cli_checkpoint *checkpoint;
+    cli_display *display;
+} watchers;
+
+static int tell(void *user, const brume_progress *update)
+{
+    watchers *w = user;
+    cli_display_update(w->display);
+    return cli_checkpoint_update(w->checkpoint, update);
+}
+
 int cli_render(brume_context *context, const cli_options *options, cli_progress *progress)
 {
     cli_session session;
     brume_render *render = NULL;
     brume_render_stats stats;
     cli_checkpoint checkpoint;
+    cli_display display;
     cli_run run = {options, &session.info, &stats, 0, 0, 0, 0};
     double begin = cli_now();
 
@@ -115,9 +129,12 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     if (code)
         goto cleanup;
 
+    cli_display_start(&display, render, options);
+    watchers watching = {&checkpoint, &display};
     cli_progress_step(progress, "Rendering", NULL);
     cli_interruptible(render);
-    result = brume_render_run(render, cli_checkpoint_update, &checkpoint);
+    result = brume_render_run(render, tell, &watching);
+    cli_display_finish(&display);
     cli_progress_finish(progress);
     if (result && result != BRUME_CANCELLED) {
         code = cli_report(context, result);

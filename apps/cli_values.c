@@ -241,6 +241,11 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
                            : strcmp(value, "layers") == 0 ? BRUME_DENOISE_LAYERS
                                                           : BRUME_DENOISE_NONE;
         return options->denoise || strcmp(value, "none") == 0 ? 0 : wrong_value(id, value);
+    case OPTION_DISPLAY:
+        if (!*value)
+            return wrong_value(id, value);
+        options->display_server = value;
+        return 0;
     case OPTION_DEVICE:
         if (!*value)
             return wrong_value(id, value);

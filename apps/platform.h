@@ -35,6 +35,12 @@ void platform_set_environment(const char *name, const char *value);
  * ended well, -1 if not, errno if it could not be run. */
 int platform_run(char *const *arguments, const char *folder);
 
+/* TCP. A socket, or -1; `patience` in seconds, for the connection. */
+int platform_connect(const char *host, const char *port, double patience);
+/* All bytes; a peer that takes none of them for `patience` seconds has gone. 0, or -1; never a signal. */
+int platform_send(int connection, const void *bytes, size_t size, double patience);
+void platform_disconnect(int connection); /* -1 is accepted */
+
 /* Has SIGINT and SIGTERM handled, except where they are ignored: a shell starts background jobs so. */
 void platform_watch_signals(void (*handler)(int number));
 /* Ends the process at once; for signal handlers. */

@@ -3,11 +3,14 @@
 
 #include <errno.h>
 #include <fcntl.h>
+#include <netdb.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
 #include <sys/resource.h>
+#include <sys/socket.h>
 #include <sys/stat.h>
+#include <sys/time.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -140,4 +143,56 @@ void platform_watch_signals(void (*handler)(int number))
 void platform_quit(int code)
 {
     _exit(code);
+}
+
+/* ---- connections ---- */
+
+#ifndef MSG_NOSIGNAL /* macOS has an option of the socket instead */
+#define MSG_NOSIGNAL 0
+#endif
+
+static void set_patience(int connection, double patience)
+{
+    struct timeval time = {(time_t)patience, (suseconds_t)(1e6 * (patience - (double)(time_t)patience))};
+    setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, &time, sizeof time);
+#ifdef SO_NOSIGPIPE
+    int on = 1;
+    setsockopt(connection, SOL_SOCKET, SO_NOSIGPIPE, &on, sizeof on);
+#endif
+}
+
+int platform_connect(const char *host, const char *port, double patience)
+{
+    struct addrinfo wanted = {.ai_family = AF_UNSPEC, .ai_socktype = SOCK_STREAM}, *found = NULL;
+    int connection = -1;
+    if (getaddrinfo(host, port, &wanted, &found) != 0) return -1;
+    for (struct addrinfo *a = found; a && connection < 0; a = a->ai_next) {
+        connection = socket(a->ai_family, a->ai_socktype, a->ai_protocol);
+        if (connection < 0) continue;
+        set_patience(connection, patience);
+        if (connect(connection, a->ai_addr, a->ai_addrlen) == 0) continue;
+        close(connection);
+        connection = -1;
+    }
+    freeaddrinfo(found);
+    return connection;
+}
+
+int platform_send(int connection, const void *bytes, size_t size, double patience)
+{
+    const char *from = bytes;
+    set_patience(connection, patience);
+    while (size > 0) {
+        ssize_t sent = send(connection, from, size, MSG_NOSIGNAL);
+        if (sent < 0 && errno == EINTR) continue;
+        if (sent <= 0) return -1;
+        from += sent;
+        size -= (size_t)sent;
+    }
+    return 0;
+}
+
+void platform_disconnect(int connection)
+{
+    if (connection >= 0) close(connection);
 }

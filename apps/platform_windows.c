@@ -2,6 +2,8 @@
 #define WIN32_LEAN_AND_MEAN
 #include "platform.h"
 
+#include <winsock2.h>
+#include <ws2tcpip.h>
 #include <windows.h>
 
 #include <direct.h>
@@ -142,4 +144,50 @@ void platform_watch_signals(void (*handler)(int number))
 void platform_quit(int code)
 {
     _exit(code);
+}
+
+/* ---- connections ---- */
+
+static void set_patience(SOCKET connection, double patience)
+{
+    DWORD milliseconds = (DWORD)(1000 * patience);
+    setsockopt(connection, SOL_SOCKET, SO_SNDTIMEO, (const char *)&milliseconds, sizeof milliseconds);
+}
+
+int platform_connect(const char *host, const char *port, double patience)
+{
+    struct addrinfo wanted, *found = NULL;
+    WSADATA data;
+    SOCKET connection = INVALID_SOCKET;
+    memset(&wanted, 0, sizeof wanted);
+    wanted.ai_socktype = SOCK_STREAM;
+    if (WSAStartup(MAKEWORD(2, 2), &data) != 0 || getaddrinfo(host, port, &wanted, &found) != 0) return -1;
+    for (struct addrinfo *a = found; a && connection == INVALID_SOCKET; a = a->ai_next) {
+        connection = socket(a->ai_family, a->ai_socktype, a->ai_protocol);
+        if (connection == INVALID_SOCKET) continue;
+        set_patience(connection, patience);
+        if (connect(connection, a->ai_addr, (int)a->ai_addrlen) == 0) continue;
+        closesocket(connection);
+        connection = INVALID_SOCKET;
+    }
+    freeaddrinfo(found);
+    return connection == INVALID_SOCKET ? -1 : (int)connection; /* handles of the system fit into 32 bits */
+}
+
+int platform_send(int connection, const void *bytes, size_t size, double patience)
+{
+    const char *from = bytes;
+    set_patience((SOCKET)connection, patience);
+    while (size > 0) {
+        int sent = send((SOCKET)connection, from, size > 1 << 20 ? 1 << 20 : (int)size, 0);
+        if (sent <= 0) return -1;
+        from += sent;
+        size -= (size_t)sent;
+    }
+    return 0;
+}
+
+void platform_disconnect(int connection)
+{
+    if (connection >= 0) closesocket((SOCKET)connection);
 }
