@@ -13,7 +13,8 @@
 # make check-abi     BASE=COMMIT: would a program go on with this library? By abidiff
 # make check-threads contexts in several threads under ThreadSanitizer
 # make check-cl      every kernel entry point checked by clang as OpenCL C 1.2
-# make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races
+# make check-oclgrind every scene, a few pixels of it, inside Oclgrind: memory errors, races, values never set
+# make check-intel   the same samples from PoCL and from Intel's OpenCL runtime (from PyPI, into build/)
 # make crosscheck    compare with Mitsuba 3 (installed from PyPI into build/)
 # make ladder        out/ladder/: every estimator in every scene of scenes/ladder/, error against time; ARGS="--quick"
 #                    and so on: build/ladder --help
@@ -105,8 +106,9 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test trust stability exhaustive check-platform check-cl check-oclgrind crosscheck \
-        check-study check-pictures check-blender blender-addon study-picture ladder estimates bench-effects clean
+.PHONY: all deps demo meshes test trust stability exhaustive check-platform check-cl check-oclgrind check-intel \
+        crosscheck check-study check-pictures check-blender blender-addon study-picture ladder estimates \
+        bench-effects clean
 .SECONDARY:
 all: $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
 
@@ -244,8 +246,18 @@ threads-checked: $(build)/test/test_threads
 check-cl: | $(first)
 	@sh test/check_cl.sh $(sort $(entry_points))
 
-check-oclgrind: $(build)/render-cli meshes
+check-oclgrind: $(build)/render-cli $(build)/fill_buffer.so meshes
 	@sh test/check_oclgrind.sh $(build) $(sort $(wildcard scenes/*.xml))
+
+$(build)/fill_buffer.so: test/oclgrind/fill_buffer.c | $(first)
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS) -O2 -shared -fPIC -o $@ $<
+
+# ARGS="scenes/forest.xml": these scenes
+check-intel: $(build)/test/measure_agreement
+	@sh lib/deps.sh python3 python3-venv
+	@sh test/check_intel.sh $(build) $(or $(ARGS),scenes/one-spot.xml scenes/glass-in-fog.xml scenes/ladder/slats.xml); \
+	    code=$$?; [ $$code -eq 77 ] || exit $$code
 
 # quick=1: the part for CI
 crosscheck: $(build)/render-cli
