@@ -55,7 +55,7 @@ def parse():
     parser.add_argument("--scenes", default="", metavar="TEXT,...", help="rows whose name contains one of these")
     parser.add_argument("--peers", default="mitsuba,cycles,luxcore", metavar="NAME,...")
     parser.add_argument("--seconds", type=float, metavar="S", help="the longest render (10)")
-    parser.add_argument("--reference-seconds", type=float, metavar="S", help="of each reference (40)")
+    parser.add_argument("--reference-seconds", type=float, metavar="S", help="of each reference (30)")
     parser.add_argument("--size", type=int, default=256, help="width and height (256)")
     parser.add_argument("--clock", choices=["wall", "cpu"], default="wall",
                         help="cpu: time of all processors over their number, where others use the machine, too")
@@ -67,7 +67,7 @@ def parse():
     parser.add_argument("--out", default=os.path.join(ROOT, "out", "bench"))
     options = parser.parse_args()
     options.seconds = options.seconds or (1 if options.quick else 10)
-    options.reference_seconds = options.reference_seconds or (10 if options.quick else 40)
+    options.reference_seconds = options.reference_seconds or (10 if options.quick else 30)
     return options
 
 
