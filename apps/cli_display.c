@@ -1,5 +1,5 @@
-/* The picture while it renders, shown by tev (https://github.com/Tom94/tev): its protocol over TCP, little-endian packets
- * of uint32 size, itself included, uint8 kind, and what the kind has. */
+/* The picture while it renders, shown by tev (https://github.com/Tom94/tev): its protocol over TCP, little-endian
+ * packets of uint32 size, itself included, uint8 kind, and what the kind has. */
 #include <stdlib.h>
 #include <string.h>
 

@@ -173,8 +173,9 @@ static brume_result write_png(brume_render *render, const char *path, const brum
     if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
     char comment[640] = "", without[512];
     brume_effects_list(render->stats.without, without, sizeof without);
-    snprintf(comment, sizeof comment, "%s%s%s%s", render->stats.complete ? "" : "incomplete render",
-             render->stats.complete || !*without ? "" : ", ", *without ? "without " : "", without);
+    const char *incomplete = render->stats.complete ? "" : "incomplete render", *clean = denoised ? "denoised" : "";
+    snprintf(comment, sizeof comment, "%s%s%s%s%s%s", incomplete, *incomplete && *without ? ", " : "",
+             *without ? "without " : "", without, (*incomplete || *without) && denoised ? ", " : "", clean);
     brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
     if (result == BRUME_OK)
         result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height,

@@ -79,6 +79,28 @@ static void the_error_falls(void **state) {
     brume_render_destroy(render);
 }
 
+/* A PNG says what it is. */
+static void a_png_says_so(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    if (brume_denoiser_find(context) != BRUME_OK) skip();
+    char folder[] = "/tmp/brume-denoise-XXXXXX", path[64], bytes[200];
+    assert_non_null(mkdtemp(folder));
+    brume_render *render = rendered(1, 1, 0);
+    brume_picture_desc picture = brume_picture_desc_default();
+    picture.denoise = BRUME_DENOISE_BEAUTY;
+    snprintf(path, sizeof path, "%s/a.png", folder);
+    must(brume_render_write(render, path, &picture));
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(fread(bytes, 1, sizeof bytes, file), sizeof bytes);
+    fclose(file);
+    assert_memory_equal(bytes + 37, "tEXtComment\0denoised", 20);
+    unlink(path);
+    brume_render_destroy(render);
+    rmdir(folder);
+}
+
 static void what_it_needs_is_said(void **state) {
     (void)state;
     NEEDS_DEVICE();
@@ -127,6 +149,7 @@ static void without_the_library_it_is_an_error(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_error_falls),
+        cmocka_unit_test(a_png_says_so),
         cmocka_unit_test(what_it_needs_is_said),
         cmocka_unit_test(without_the_library_it_is_an_error),
     };

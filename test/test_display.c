@@ -1,5 +1,5 @@
-/* test_display.c -- --display-server: what a viewer is sent is tev's protocol and the picture; one that leaves, hangs or
- * isn't there harms nothing. The viewer is a thread here that keeps all bytes. */
+/* test_display.c -- --display-server: what a viewer is sent is tev's protocol and the picture; one that leaves, hangs
+ * or isn't there harms nothing. The viewer is a thread here that keeps all bytes. */
 #include <arpa/inet.h>
 #include <netinet/in.h>
 #include <pthread.h>
@@ -133,8 +133,10 @@ static int updates_in(const unsigned char *bytes, size_t size, float *out) {
         } else if (b[4] == 3) {
             if (!created || end - rest < 18 || rest[1] != 0 || !strchr("RGB", rest[0])) return -1;
             int c = rest[0] == 'R' ? 0 : rest[0] == 'G' ? 1 : 2;
-            uint32_t x = number_at(rest + 2), y = number_at(rest + 6), w = number_at(rest + 10), h = number_at(rest + 14);
-            if (x >= WIDTH || y >= HEIGHT || w > WIDTH - x || h > HEIGHT - y || (size_t)(end - rest) != 18 + 4ul * w * h)
+            uint32_t x = number_at(rest + 2), y = number_at(rest + 6);
+            uint32_t w = number_at(rest + 10), h = number_at(rest + 14);
+            if (x >= WIDTH || y >= HEIGHT || w > WIDTH - x || h > HEIGHT - y ||
+                (size_t)(end - rest) != 18 + 4ul * w * h)
                 return -1;
             for (uint32_t i = 0; i < w * h; i++) {
                 uint32_t bits = number_at(rest + 18 + 4 * i);
@@ -215,7 +217,8 @@ static int setup(void **state) {
     const char *build = getenv("BRUME_BUILD") ? getenv("BRUME_BUILD") : "build";
     char here[PATH_MAX], path[PATH_MAX];
     if (!getcwd(here, sizeof here) || !mkdtemp(folder)) return 1;
-    snprintf(program, sizeof program, "%s%s%s/render-cli", build[0] == '/' ? "" : here, build[0] == '/' ? "" : "/", build);
+    int absolute = build[0] == '/';
+    snprintf(program, sizeof program, "%s%s%s/render-cli", absolute ? "" : here, absolute ? "" : "/", build);
     snprintf(path, sizeof path, "%s/scene.xml", folder);
     FILE *file = fopen(path, "w");
     return !file || fputs(scene, file) < 0 || fclose(file) != 0;
