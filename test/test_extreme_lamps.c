@@ -2,8 +2,8 @@
  * by two, against quadrature in double.
  *
  * The ray runs along +z from the origin to a black wall; the lamp stands beside it, off its plane by a little, and a
- * spot shines at right angles to it. It is not nearer to the ray than a thirtieth of its distance: closer by, fog of g =
- * 0.9999 takes more samples than there are here.
+ * spot shines at right angles to it. It is not nearer to the ray than a thirtieth of its distance: closer by, fog of
+ * g = 0.9999 takes more samples than there are here.
  */
 #include <stdarg.h>
 #include <stddef.h>
