@@ -1,0 +1,111 @@
+/* test_extreme_places.c -- lamps in odd places (at the camera, on a surface, in a ball, in another medium) and walls of
+ * any size, without noise: against reflectance / pi * intensity * cosine / distance^2.
+ */
+#include <stdarg.h>
+#include <stddef.h>
+#include <setjmp.h>
+#include <stdint.h>
+#include <cmocka.h>
+
+#include <math.h>
+
+#include "known_answer.h"
+#include "planted.h"
+#include "stability.h"
+
+#define REFLECTANCE 0.75
+#define TOLERANCE 1e-5
+
+static brume_scene *wall_scene(double camera_z, double angle, double half_size) {
+    view v = along_z;
+    brume_scene *scene = new_scene(2, 4);
+    v.origin[2] = camera_z;
+    v.forward[0] = 0.6 * sin(angle);
+    v.forward[1] = 0.8 * sin(angle);
+    v.forward[2] = cos(angle);
+    set_camera(scene, &v, BRUME_NONE);
+    add_wall(scene, 2, half_size, REFLECTANCE);
+    return scene;
+}
+
+static double look(brume_scene *scene) {
+    brume_render_desc desc = brume_render_desc_default();
+    desc.guides = 0;
+    desc.generic = 1; /* one program for all */
+    estimate e = render_as(scene, &desc);
+    brume_scene_destroy(scene);
+    return e.mean[1];
+}
+
+static void hold(const char *name, double mean, double cosine, double distance, double factor) {
+    double right = factor * REFLECTANCE / PI * cosine / (distance * distance);
+    stability_row("extreme", name, "closed form", "relative", TOLERANCE, fabs(mean / right - 1), "%.7g", mean);
+}
+
+/* What a ray hits of the wall, 2 to 100 units away, told from where a lamp stands with the camera. */
+static double wall_off_by(double half_size, double angle) {
+    brume_scene *scene = wall_scene(0, angle, half_size);
+    add_point(scene, 0, 0, 0);
+    return fabs(look(scene) / (REFLECTANCE / PI * pow(cos(angle), 3) / 4) - 1);
+}
+
+static void lamp_at_the_camera_before_walls_of_any_size(void **state) {
+    static const double sizes[] = {1e3, 1e6, 1e8}, degrees[] = {0, 30, 60, 88};
+    (void)state;
+    NEEDS_DEVICE();
+    for (int i = 0; i < 12; i++) {
+        /* Triangles up to 65536 times as large as they are far: places and distances are off by a float's step of the
+         * triangle, and light falls with the fourth power of them here. Of larger ones both are exact. */
+        double angle = degrees[i % 4] * (PI / 180), ratio = 2 * sizes[i / 4] * cos(angle) / 2;
+        double bound = TOLERANCE + (ratio < 0x1p16 ? 4 * ratio * 0x1p-24 : 0);
+        stability_row("extreme", "a wall lit from the camera", "closed form", "relative", bound,
+                      wall_off_by(sizes[i / 4], angle), "half size %g, at %g degrees", sizes[i / 4], degrees[i % 4]);
+    }
+    planted_bug("geometry.h", "(size > LARGE_TRIANGLE * from)", "(size > R(1e30) * from)");
+    double wrong = wall_off_by(1e8, PI / 6);
+    planted_remove();
+    print_message("weights as they are: off by %.2e\n", wrong);
+    assert_true(wrong > TOLERANCE);
+}
+
+static void lamp_on_a_surface(void **state) {
+    brume_scene *scene;
+    (void)state;
+    NEEDS_DEVICE();
+    scene = wall_scene(1, 0, 3);
+    add_wall(scene, 0, 1, 0.5);
+    add_point(scene, 0.5, 0, 0);
+    hold("lamp on a surface", look(scene), 2 / sqrt(4.25), sqrt(4.25), 1);
+}
+
+static void lamp_in_a_ball(void **state) {
+    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
+    brume_scene *scene;
+    (void)state;
+    NEEDS_DEVICE();
+    scene = wall_scene(1, 0, 3);
+    ball.radius = 0.5f;
+    must(brume_scene_add_shape(scene, &ball, NULL));
+    add_point(scene, 0.125, 0, 0);
+    stability_row("extreme", "lamp in a closed ball", "nothing comes out", "radiance", 0, look(scene), "outside");
+}
+
+static void lamp_in_another_medium(void **state) {
+    brume_scene *scene;
+    (void)state;
+    NEEDS_DEVICE();
+    scene = wall_scene(0, 0, 3);
+    add_null_box(scene, add_medium(scene, 0.75, 0.5, 0, 0), 1, 1, -4, -2);
+    add_point(scene, 0, 0, -3);
+    hold("lamp in another medium", look(scene), 1, 5, exp(-0.75));
+}
+
+int main(void) {
+    const struct CMUnitTest tests[] = {
+        cmocka_unit_test(lamp_at_the_camera_before_walls_of_any_size),
+        cmocka_unit_test(lamp_on_a_surface),
+        cmocka_unit_test(lamp_in_a_ball),
+        cmocka_unit_test(lamp_in_another_medium),
+    };
+    return cmocka_run_group_tests(tests, open_device, close_device);
+}
