@@ -26,6 +26,7 @@ typedef enum cli_command {
     CLI_INFO = 1,
     CLI_EFFECTS = 2,
     CLI_STUDY = 3,
+    CLI_MERGE = 4,
     CLI_COMMAND_COUNT
 } cli_command;
 
@@ -33,7 +34,7 @@ typedef struct cli_options cli_options;
 typedef struct cli_progress cli_progress;
 
 typedef struct cli_command_entry {
-    const char *name, *help;
+    const char *name, *takes, *help;
     /* Does it; the exit code. */
     int (*run)(brume_context *context, const cli_options *options, cli_progress *progress);
 } cli_command_entry;
@@ -44,6 +45,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
 int cli_info(brume_context *context, const cli_options *options, cli_progress *progress);
 int cli_effects(brume_context *context, const cli_options *options, cli_progress *progress);
 int cli_study(brume_context *context, const cli_options *options, cli_progress *progress);
+int cli_merge(brume_context *context, const cli_options *options, cli_progress *progress);
 
 /* ---- options (cli_options.c, cli_values.c) ---- */
 
@@ -70,6 +72,9 @@ typedef struct cli_study_options {
 struct cli_options {
     cli_command command;
     const char *scene;
+    const char **inputs; /* of merge */
+    size_t input_count;
+    int partial;
     const char **outputs;
     size_t output_count;
     brume_parameter *parameters; /* names are owned, values point into argv */
@@ -234,5 +239,7 @@ int cli_output_known(const char *path);
 /* Finds out, without leaving a trace, whether a file can be made in the path's folder and may take its name.
  * 0, or CLI_EXIT_OUTPUT after an error line. */
 int cli_output_check(const char *path);
+/* The same for all pictures and the statistics. */
+int cli_outputs_check(const cli_options *options);
 
 #endif

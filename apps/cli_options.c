@@ -10,19 +10,25 @@ enum {
     INFO = 1 << CLI_INFO,
     EFFECTS = 1 << CLI_EFFECTS,
     STUDY = 1 << CLI_STUDY,
-    EVERY = (1 << CLI_COMMAND_COUNT) - 1,
+    MERGE = 1 << CLI_MERGE,
+    ALL = (1 << CLI_COMMAND_COUNT) - 1,
+    EVERY = ALL & ~MERGE, /* that reads a scene */
     ONE_RENDER = EVERY & ~STUDY, /* what a study varies itself */
     SAMPLE = 1 << 16 /* what a sample comes out as may depend on it: a part of the command that replays one */
 };
 
 const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_OUTPUT] =
-        {RENDER | EFFECTS, 'o', "output", "FILE", "picture to write, .exr or .png; may be given more than once\n"
-                                                  "(default: the scene's name with .exr, in the current folder);\n"
-                                                  "of effects: folder for effects.json and small pictures (none)"},
+        {RENDER | EFFECTS | MERGE, 'o', "output", "FILE",
+         "picture to write, .exr or .png; may be given more than once\n"
+         "(default: the scene's name with .exr, in the current folder);\n"
+         "of effects: folder for effects.json and small pictures (none)"},
     [OPTION_SPP] = {ONE_RENDER, 0, "spp", "N", "samples per pixel (default: the scene's)"},
     [OPTION_SAMPLE_RANGE] =
-        {RENDER, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up"},
+        {RENDER | MERGE, 0, "sample-range", "A:B", "samples A to B - 1 of every pixel; disjoint ranges add up;\n"
+                                                   "of merge: which have to be there (default: 0 to the last that a\n"
+                                                   "file is for)"},
+    [OPTION_PARTIAL] = {MERGE, 0, "partial", NULL, "leaves out samples that are missing, and says which"},
     [OPTION_NOISE_THRESHOLD] =
         {RENDER, 0, "noise-threshold", "E", "renders until relMSE, the picture's estimated error, is E or less; then\n"
                                             "--spp is the most samples it may take"},
@@ -51,13 +57,14 @@ const cli_option cli_option_table[OPTION_COUNT] = {
         {ONE_RENDER, 0, "crop", "X0,X1,Y0,Y1", "only the pixels X0 <= x < X1, Y0 <= y < Y1, counted from the top left"},
     [OPTION_DEFINE] = {EVERY | SAMPLE, 'D', "define", "NAME=VALUE", "sets $NAME in the scene file"},
     [OPTION_LAYERS] =
-        {RENDER, 0, "layers", "all|none|A,B,...", "layers of EXRs: albedo, N, Z, variance, sampleCount,\n"
+        {RENDER | MERGE, 0, "layers", "all|none|A,B,...", "layers of EXRs: albedo, N, Z, variance, sampleCount,\n"
                                             "badSamples (default: these, the last if there are any);\n"
                                             "direct, indirect, surface, volume (parts of the light), segments"},
-    [OPTION_EXPOSURE] = {RENDER, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
+    [OPTION_EXPOSURE] = {RENDER | MERGE, 0, "exposure", "EV", "stops by which PNGs are brightened (default: 0)"},
     [OPTION_TONEMAP] =
-        {RENDER, 0, "tonemap", "none|filmic", "tone curve of PNGs, behind the exposure (default: none); filmic: by\n"
-                                              "Narkowicz 2015"},
+        {RENDER | MERGE, 0, "tonemap", "none|filmic",
+         "tone curve of PNGs, behind the exposure (default: none); filmic: by\n"
+         "Narkowicz 2015"},
     [OPTION_DENOISE] =
         {RENDER, 0, "denoise", "none|beauty|layers", "by Open Image Denoise: an EXR gets the layer denoised, a PNG is\n"
                                                      "made of it; the whole picture, or surface and volume apart"},
@@ -71,7 +78,8 @@ const cli_option cli_option_table[OPTION_COUNT] = {
         {ONE_RENDER | SAMPLE, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},
     [OPTION_LANES] = {EVERY, 0, "lanes", "N", "paths per work-item: 1, 4, 8 or 16 (default: what suits the device)"},
     [OPTION_STATS] =
-        {RENDER | INFO, 0, "stats", "json[:FILE]", "statistics as one JSON object, to standard output or a file"},
+        {RENDER | INFO | MERGE, 0, "stats", "json[:FILE]",
+         "statistics as one JSON object, to standard output or a file"},
     [OPTION_PROGRESS] =
         {EVERY, 0, "progress", "auto|none|json", "a bar on a terminal (default), nothing, or JSON lines on\n"
                                                  "standard output"},
@@ -109,21 +117,21 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_REFERENCE] =
         {STUDY, 0, "reference", "FILE", "also compares with this picture of the scene, .exr; its size is used"},
     [OPTION_FRESH] = {STUDY, 0, "fresh", NULL, "starts over, whatever the folder holds"},
-    [OPTION_QUIET] = {EVERY, 'q', "quiet", NULL, "prints errors only"},
-    [OPTION_VERBOSE] = {EVERY, 'v', "verbose", NULL, "prints each step, and times at the end"},
-    [OPTION_HELP] = {EVERY, 'h', "help", NULL, "prints this and exits"},
-    [OPTION_VERSION] = {EVERY, 0, "version", NULL, "prints the version and exits"},
+    [OPTION_QUIET] = {ALL, 'q', "quiet", NULL, "prints errors only"},
+    [OPTION_VERBOSE] = {ALL, 'v', "verbose", NULL, "prints each step, and times at the end"},
+    [OPTION_HELP] = {ALL, 'h', "help", NULL, "prints this and exits"},
+    [OPTION_VERSION] = {ALL, 0, "version", NULL, "prints the version and exits"},
 };
 
 void cli_print_help(FILE *file, cli_command command)
 {
     const cli_command_entry *entry = &cli_commands[command];
-    fprintf(file, "usage: render-cli %s%sSCENE.xml [options]\n%s\n", command == CLI_RENDER ? "" : entry->name,
-            command == CLI_RENDER ? "" : " ", entry->help);
+    fprintf(file, "usage: render-cli %s%s%s [options]\n%s\n", command == CLI_RENDER ? "" : entry->name,
+            command == CLI_RENDER ? "" : " ", entry->takes, entry->help);
     if (command == CLI_RENDER) {
         fputs("\nOther things to do with a scene, each with its own --help:\n", file);
         for (int i = CLI_RENDER + 1; i < CLI_COMMAND_COUNT; i++)
-            fprintf(file, "  render-cli %s SCENE.xml\n", cli_commands[i].name);
+            fprintf(file, "  render-cli %s %s\n", cli_commands[i].name, cli_commands[i].takes);
     }
     fputc('\n', file);
     for (int i = 0; i < OPTION_COUNT; i++) {
@@ -146,6 +154,8 @@ void cli_print_help(FILE *file, cli_command command)
     if (command == CLI_STUDY)
         fputs("\nCtrl-C stops, writes the page as far as it is, and exits with 130; the same command then goes "
               "on.\n", file);
+    else if (command == CLI_MERGE)
+        fputc('\n', file);
     else
         fputs("\nCtrl-C stops, writes the picture as far as it is, and exits with 130; a second Ctrl-C exits at "
               "once.\n",
@@ -261,7 +271,8 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     size_t most = (size_t)argc + 1;
     options->outputs = calloc(most, sizeof *options->outputs);
     options->parameters = calloc(most, sizeof *options->parameters);
-    if (!options->outputs || !options->parameters) {
+    options->inputs = calloc(most, sizeof *options->inputs);
+    if (!options->outputs || !options->inputs || !options->parameters) {
         cli_error("out of memory");
         return CLI_EXIT_RUNTIME;
     }
@@ -277,6 +288,10 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     for (int i = first; i < argc; i++) {
         const char *argument = argv[i];
         if (only_names || argument[0] != '-' || !argument[1]) {
+            if (options->command == CLI_MERGE) {
+                options->inputs[options->input_count++] = argument;
+                continue;
+            }
             if (options->scene) {
                 cli_error("more than one scene: %s and %s", options->scene, argument);
                 return CLI_EXIT_USAGE;
@@ -337,6 +352,13 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
         cli_error("--%s needs --checkpoint FILE", options->resume ? "resume" : "checkpoint-interval");
         return CLI_EXIT_USAGE;
     }
+    if (options->command == CLI_MERGE && (options->input_count == 0 || options->output_count == 0)) {
+        cli_error("%s; usage: render-cli merge FILE... -o FILE [options], or --help",
+                  options->input_count ? "no -o FILE" : "no checkpoints");
+        return CLI_EXIT_USAGE;
+    }
+    if (options->command == CLI_MERGE)
+        return 0;
     if (!options->scene || !*options->scene) {
         cli_error("no scene; usage: render-cli SCENE.xml [-o FILE]... [options], or --help");
         return CLI_EXIT_USAGE;
@@ -357,6 +379,7 @@ void cli_options_free(cli_options *options)
         free((char *)options->parameters[i].name);
     free(options->parameters);
     free(options->outputs);
+    free(options->inputs);
     free(options->default_output);
     free(options->replay);
 }

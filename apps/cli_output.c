@@ -27,3 +27,13 @@ int cli_output_check(const char *path)
     cli_error("%s: cannot be written: %s", path, strerror(error));
     return CLI_EXIT_OUTPUT;
 }
+
+int cli_outputs_check(const cli_options *options)
+{
+    for (size_t i = 0; i < options->output_count; i++) {
+        int code = cli_output_check(options->outputs[i]);
+        if (code)
+            return code;
+    }
+    return options->stats_path && *options->stats_path ? cli_output_check(options->stats_path) : CLI_EXIT_OK;
+}

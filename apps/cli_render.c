@@ -32,16 +32,6 @@ static void record_layers(const brume_scene *scene, const cli_options *options, 
         (layers != BRUME_LAYERS_RECORDED && (layers & light)) || options->denoise == BRUME_DENOISE_LAYERS;
 }
 
-static int check_outputs(const cli_options *options)
-{
-    for (size_t i = 0; i < options->output_count; i++) {
-        int code = cli_output_check(options->outputs[i]);
-        if (code)
-            return code;
-    }
-    return options->stats_path && *options->stats_path ? cli_output_check(options->stats_path) : CLI_EXIT_OK;
-}
-
 static int write_pictures(brume_context *context, brume_render *render, const cli_options *options,
                           cli_progress *progress)
 {
@@ -101,7 +91,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
 
     if (options->debugs)
         return cli_debug_sample(context, options, progress);
-    int code = check_outputs(options);
+    int code = cli_outputs_check(options);
     if (!code)
         code = cli_checkpoint_check(options);
     if (code)

@@ -171,7 +171,7 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     char *end;
     switch (id) {
     case OPTION_OUTPUT:
-        if (options->command == CLI_RENDER && !cli_output_known(value)) {
+        if (options->command != CLI_EFFECTS && !cli_output_known(value)) {
             cli_error("%s: the extension must be .exr or .png", value);
             return CLI_EXIT_USAGE;
         }
@@ -294,6 +294,9 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return 0;
     case OPTION_CHECKPOINT_INTERVAL:
         return parse_positive(id, value, &options->checkpoint_interval);
+    case OPTION_PARTIAL:
+        options->partial = 1;
+        return 0;
     case OPTION_RESUME:
         options->resume = 1;
         return 0;

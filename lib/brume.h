@@ -537,20 +537,20 @@ BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint3
  * signal handler. */
 BRUME_API void brume_render_cancel(brume_render *render);
 
-/* Keeps the render's state in a file, from which another render of the same scene and settings goes on, in this process
- * or another: the film, how far it has come, what is known of its error and where samples are to go. Between two calls of
- * run or from within the progress callback, as often as wanted. The file appears under its name when all of it is on the
- * disk, and replaces the one before at once: whenever the process or the machine stops, `path` holds a whole state, the
- * new one or the one before. It takes 40 to 130 bytes a pixel. */
+/* Keeps the render's state in a file, from which another render of the same scene and settings goes on, in this
+ * process or another: the film, how far it has come, what is known of its error and where samples are to go. Between
+ * two calls of run or from within the progress callback, as often as wanted. The file appears under its name when all
+ * of it is on the disk, and replaces the one before at once: whenever the process or the machine stops, `path` holds
+ * a whole state, the new one or the one before. It takes 40 to 130 bytes a pixel. */
 BRUME_API brume_result brume_render_save(brume_render *render, const char *path);
 
-/* Goes on from such a file: run then renders what is missing, and the film comes out the same bits as without the break,
- * on the same device; with a time limit it can't, but the seconds rendered before count. The file has to come from the
- * same scene, settings and version of the library, which is checked to the last vertex and texel. Different may be: the
- * sample count, if there is no goal, as in brume_render_set_sample_count; the device, which gets a warning where its name
- * is another one, since its arithmetic may differ in the last bits; and the lanes, unless the file was written in the
- * middle of a pass, which the same width has to complete. On failure the render is as before, but for
- * BRUME_ERROR_DEVICE, after which nothing is left to do but destroy it. */
+/* Goes on from such a file: run then renders what is missing, and the film comes out the same bits as without the
+ * break, on the same device; with a time limit it can't, but the seconds rendered before count. The file has to come
+ * from the same scene, settings and version of the library, which is checked to the last vertex and texel. Different
+ * may be: the sample count, if there is no goal, as in brume_render_set_sample_count; the device, which gets a
+ * warning where its name is another one, since its arithmetic may differ in the last bits; and the lanes, unless the
+ * file was written in the middle of a pass, which the same width has to complete. On failure the render is as before,
+ * but for BRUME_ERROR_DEVICE, after which nothing is left to do but destroy it. */
 BRUME_API brume_result brume_render_load(brume_render *render, const char *path);
 
 typedef struct brume_render_stats {
@@ -708,6 +708,38 @@ BRUME_API brume_result brume_render_write(brume_render *render, const char *path
 BRUME_API brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width,
                                           uint32_t *out_height, float **out_rgb);
 BRUME_API void brume_picture_free(float *rgb);
+
+/* ---- several renders, one picture -------------------------------------------------------------------------------- */
+
+/* Parts of one picture, rendered as ranges of samples (brume_render_desc.first_sample, sample_count), by any
+ * processes on any machines, and saved by brume_render_save, add up to what one render of all of them would have come
+ * to. */
+typedef struct brume_merged brume_merged;
+
+typedef struct brume_merge_desc {
+    uint32_t cookie;
+    uint32_t first_sample; /* the range that has to be there; 0 */
+    uint32_t sample_count; /* 0: up to the last that any of the files is for */
+    uint32_t partial;      /* samples that are missing are said (a warning) and not an error; 0 */
+} brume_merge_desc;
+
+BRUME_API brume_merge_desc brume_merge_desc_default(void);
+
+/* Adds up the files at `paths`, `count` of them in any order: the same bits in any order. Against one render of all
+ * samples radiance differs by one unit in the last place, now and then; what is summed in plain float (guides, alpha,
+ * variance) by as much as its sums round, at most n 2^-24 of the largest of n samples. Fails with
+ * BRUME_ERROR_CHECKPOINT, naming the files, if they are of different scenes or settings, hold the same sample twice,
+ * or leave some out: files that are missing, or were not rendered to their end. desc may be NULL: the defaults. */
+BRUME_API brume_result brume_merge(brume_context *context, const char *const *paths, size_t count,
+                                   const brume_merge_desc *desc, brume_merged **out);
+BRUME_API void brume_merged_destroy(brume_merged *merged);
+
+/* As brume_render_read, brume_render_write and brume_render_get_stats; seconds are added up, too. The error estimate of
+ * parts says nothing of the whole: relmse is not known, and BRUME_CHANNEL_ERROR is BRUME_CHANNEL_VARIANCE. What was
+ * added up is not denoised. */
+BRUME_API brume_result brume_merged_read(brume_merged *merged, brume_channel channel, float *out, size_t count);
+BRUME_API brume_result brume_merged_write(brume_merged *merged, const char *path, const brume_picture_desc *desc);
+BRUME_API brume_result brume_merged_get_stats(const brume_merged *merged, brume_render_stats *out);
 
 #ifdef __cplusplus
 }

@@ -55,8 +55,8 @@ typedef struct brume_checkpoint {
 brume_result brume_checkpoint_read(brume_context *context, const char *path, brume_checkpoint *out);
 void brume_checkpoint_free(brume_checkpoint *checkpoint);
 
-/* Whether `head`, read from `path`, is of the same picture as `wanted`, and of the same render, too, which means the same
- * range of samples. BRUME_ERROR_CHECKPOINT, with what it is that differs, if not. `other` names `wanted` in the
+/* Whether `head`, read from `path`, is of the same picture as `wanted`, and of the same render, too, which means the
+ * same range of samples. BRUME_ERROR_CHECKPOINT, with what it is that differs, if not. `other` names `wanted` in the
  * message. */
 brume_result brume_checkpoint_same_picture(brume_context *context, const char *path, const brume_checkpoint_head *head,
                                            const brume_checkpoint_head *wanted, const char *other);

@@ -1,10 +1,11 @@
-/* picture.c -- brume_render_write: which channels and attributes a picture file gets; and reading one. */
+/* picture.c -- which channels and attributes a picture file gets; and reading one. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "effects.h"
 #include "image.h"
+#include "picture.h"
 #include "platform.h"
 #include "render.h"
 
@@ -58,21 +59,21 @@ const char *brume_channel_name(brume_channel channel) {
 }
 
 /* Whether an EXR gets this one. */
-static int is_written(const brume_render *render, const brume_picture_desc *desc, const layer *l) {
-    if (l->when == WITH_ALPHA && !render->film.alpha) return 0;
+static int is_written(const brume_picture_source *from, const brume_picture_desc *desc, const layer *l) {
+    if (l->when == WITH_ALPHA && !from->alpha) return 0;
     if (l->layer && !(desc->layers >> l->channel & 1)) return 0;
-    if (l->when == IF_BAD && desc->layers == BRUME_LAYERS_RECORDED && render->stats.bad_samples == 0) return 0;
-    return brume_render_records(render, l->channel);
+    if (l->when == IF_BAD && desc->layers == BRUME_LAYERS_RECORDED && from->stats.bad_samples == 0) return 0;
+    return brume_channel_is_recorded(from->recorded, l->channel);
 }
 
-static brume_result check_layers(const brume_render *render, const char *path, uint32_t set) {
+static brume_result check_layers(const brume_picture_source *from, const char *path, uint32_t set) {
     for (uint32_t i = 0; i < 32 && set != BRUME_LAYERS_RECORDED; i++) {
         if (!(set >> i & 1)) continue;
         const layer *l = layer_of((brume_channel)i);
         if (!l)
-            return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: channel %u is no layer", path, i);
-        if (!brume_render_records(render, l->channel))
-            return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s",
+            return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: channel %u is no layer", path, i);
+        if (!brume_channel_is_recorded(from->recorded, l->channel))
+            return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s",
                               path, l->layer);
     }
     return BRUME_OK;
@@ -105,24 +106,24 @@ void brume_render_world_to_ndc(const brume_render *render, float out[16]) {
 }
 
 /* `denoised`: NULL for none. */
-static brume_result write_exr(brume_render *render, const char *path, const brume_picture_desc *desc,
+static brume_result write_exr(const brume_picture_source *from, const char *path, const brume_picture_desc *desc,
                               const float *denoised) {
-    const brume_render_stats *s = &render->stats;
+    const brume_render_stats *s = &from->stats;
     size_t pixels = (size_t)s->width * s->height;
     float *data[LAYER_COUNT] = {0};
     brume_exr_channel channels[MAX_CHANNELS];
     uint32_t count = 0;
-    brume_result result = check_layers(render, path, desc->layers);
-    uint32_t half = desc->half == 2 ? render->film.half : desc->half;
+    brume_result result = check_layers(from, path, desc->layers);
+    uint32_t half = desc->half == 2 ? from->half : desc->half;
     for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
         const layer *l = &layers[i];
-        if (!is_written(render, desc, l)) continue;
+        if (!is_written(from, desc, l)) continue;
         size_t floats = pixels * (size_t)l->size;
         data[i] = malloc(floats * sizeof(float));
         if (!data[i])
-            result = brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+            result = brume_fail(from->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
         else
-            result = brume_render_read(render, l->channel, data[i], floats);
+            result = from->read(from->of, l->channel, data[i], floats);
         for (int c = 0; c < l->size && result == BRUME_OK; c++)
             channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
                                                     l->when < WITH_LAYERS && half};
@@ -135,20 +136,18 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         uint32_t n = 0;
         brume_exr_attribute camera = {.name = "worldToCamera", .type = BRUME_EXR_MATRIX};
         brume_exr_attribute ndc = {.name = "worldToNDC", .type = BRUME_EXR_MATRIX};
-        memcpy(camera.matrix, render->world_to_camera, sizeof camera.matrix);
-        brume_render_world_to_ndc(render, ndc.matrix);
-        brume_render_stats now;
-        brume_render_get_stats(render, &now);
+        memcpy(camera.matrix, from->world_to_camera, sizeof camera.matrix);
+        memcpy(ndc.matrix, from->world_to_ndc, sizeof ndc.matrix);
         attributes[n++] = text_attribute("software", "brume " BRUME_VERSION);
-        attributes[n++] = text_attribute("device", render->device->info.name);
+        attributes[n++] = text_attribute("device", from->device);
         attributes[n++] = text_attribute("samplerName",
-                                         render->params.sampler == SAMPLER_SOBOL ? "sobol" : "independent");
+                                         from->sampler == SAMPLER_SOBOL ? "sobol" : "independent");
         attributes[n++] = text_attribute("strategy", brume_strategy_name(s->strategy));
         attributes[n++] = text_attribute("indirect", brume_indirect_name(s->indirect));
         char seed[16], first[16]; /* text: EXR's integers end at 2^31 */
         snprintf(seed, sizeof seed, "%u", (unsigned)s->seed);
         snprintf(first, sizeof first, "%u", (unsigned)s->first_sample);
-        attributes[n++] = int_attribute("samplesPerPixel", (uint32_t)(now.samples / pixels));
+        attributes[n++] = int_attribute("samplesPerPixel", (uint32_t)(s->samples / pixels));
         attributes[n++] = text_attribute("firstSample", first);
         attributes[n++] = text_attribute("seed", seed);
         char without[512];
@@ -156,63 +155,85 @@ static brume_result write_exr(brume_render *render, const char *path, const brum
         if (s->without) attributes[n++] = text_attribute("without", without);
         attributes[n++] = int_attribute("incomplete", !s->complete);
         attributes[n++] = float_attribute("renderTimeSeconds", s->render_seconds);
-        if (now.relmse >= 0) attributes[n++] = float_attribute("relMSE", now.relmse);
+        if (s->relmse >= 0) attributes[n++] = float_attribute("relMSE", s->relmse);
         attributes[n++] = camera;
         attributes[n++] = ndc;
-        result = brume_exr_write(render->device->context, path, s->crop_x, s->crop_y, s->width, s->height,
+        result = brume_exr_write(from->context, path, s->crop_x, s->crop_y, s->width, s->height,
                                  s->full_width, s->full_height, channels, count, attributes, n);
     }
     for (int i = 0; i < LAYER_COUNT; i++) free(data[i]);
     return result;
 }
 
-static brume_result write_png(brume_render *render, const char *path, const brume_picture_desc *desc,
+static brume_result write_png(const brume_picture_source *from, const char *path, const brume_picture_desc *desc,
                               const float *denoised) {
-    size_t floats = (size_t)render->stats.width * render->stats.height * 3;
+    size_t floats = (size_t)from->stats.width * from->stats.height * 3;
     float *rgb = malloc(floats * sizeof(float));
-    if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+    if (!rgb) return brume_fail(from->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
     char comment[640] = "", without[512];
-    brume_effects_list(render->stats.without, without, sizeof without);
-    const char *incomplete = render->stats.complete ? "" : "incomplete render", *clean = denoised ? "denoised" : "";
+    brume_effects_list(from->stats.without, without, sizeof without);
+    const char *incomplete = from->stats.complete ? "" : "incomplete render", *clean = denoised ? "denoised" : "";
     snprintf(comment, sizeof comment, "%s%s%s%s%s%s", incomplete, *incomplete && *without ? ", " : "",
              *without ? "without " : "", without, (*incomplete || *without) && denoised ? ", " : "", clean);
-    brume_result result = brume_render_read(render, BRUME_CHANNEL_RADIANCE, rgb, floats);
+    brume_result result = from->read(from->of, BRUME_CHANNEL_RADIANCE, rgb, floats);
     if (result == BRUME_OK)
-        result = brume_png_write(render->device->context, path, render->stats.width, render->stats.height,
-                                 denoised ? denoised : rgb, desc->exposure, desc->tonemap, *comment ? comment : NULL);
+        result = brume_png_write(from->context, path, from->stats.width, from->stats.height, denoised ? denoised : rgb,
+                                 desc->exposure, desc->tonemap, *comment ? comment : NULL);
     free(rgb);
     return result;
 }
 
 /* With what of the denoiser can be had. */
-static brume_result write_denoised(brume_render *render, const char *path, const brume_picture_desc *desc,
-                                   brume_result (*writer)(brume_render *, const char *, const brume_picture_desc *,
-                                                         const float *)) {
-    if (desc->denoise == BRUME_DENOISE_NONE) return writer(render, path, desc, NULL);
-    float *rgb = malloc((size_t)render->stats.width * render->stats.height * 3 * sizeof(float));
-    if (!rgb) return brume_fail(render->device->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
-    brume_result denoised = brume_render_denoise(render, desc->denoise, rgb);
+static brume_result write_denoised(const brume_picture_source *from, const char *path, const brume_picture_desc *desc,
+                                   brume_result (*writer)(const brume_picture_source *, const char *,
+                                                          const brume_picture_desc *, const float *)) {
+    if (desc->denoise == BRUME_DENOISE_NONE) return writer(from, path, desc, NULL);
+    float *rgb = malloc((size_t)from->stats.width * from->stats.height * 3 * sizeof(float));
+    if (!rgb) return brume_fail(from->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
+    brume_result denoised = from->denoise(from->of, desc->denoise, rgb);
     brume_result written = denoised == BRUME_ERROR_ARGUMENT ? denoised
-                                                            : writer(render, path, desc, denoised ? NULL : rgb);
+                                                            : writer(from, path, desc, denoised ? NULL : rgb);
     free(rgb);
     return written != BRUME_OK ? written : denoised;
 }
 
-brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *given) {
-    if (!render) return BRUME_ERROR_ARGUMENT;
-    brume_context *context = render->device->context;
-    if (!path) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_write: NULL path");
+brume_result brume_picture_write(const brume_picture_source *from, const char *caller, const char *path,
+                                 const brume_picture_desc *given) {
+    if (!path) return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: NULL path", caller);
     brume_picture_desc desc = given ? *given : brume_picture_desc_default();
     if (desc.cookie != PICTURE_COOKIE)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT,
-                          "brume_render_write: the descriptor does not come from brume_picture_desc_default()");
+        return brume_fail(from->context, BRUME_ERROR_ARGUMENT,
+                          "%s: the descriptor does not come from brume_picture_desc_default()", caller);
     if ((unsigned)desc.tonemap > BRUME_TONEMAP_FILMIC || (unsigned)desc.denoise > BRUME_DENOISE_LAYERS)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_write: unknown tonemap %d or denoise %d",
+        return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: unknown tonemap %d or denoise %d", caller,
                           (int)desc.tonemap, (int)desc.denoise);
+    if (desc.denoise != BRUME_DENOISE_NONE && !from->denoise)
+        return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: pictures that were added up are not denoised",
+                          path);
     const char *dot = strrchr(path, '.');
-    if (dot && brume_same_letters(dot, ".exr")) return write_denoised(render, path, &desc, write_exr);
-    if (dot && brume_same_letters(dot, ".png")) return write_denoised(render, path, &desc, write_png);
-    return brume_fail(context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
+    if (dot && brume_same_letters(dot, ".exr")) return write_denoised(from, path, &desc, write_exr);
+    if (dot && brume_same_letters(dot, ".png")) return write_denoised(from, path, &desc, write_png);
+    return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
+}
+
+static brume_result read_render(void *of, brume_channel channel, float *out, size_t count) {
+    return brume_render_read(of, channel, out, count);
+}
+
+static brume_result denoise_render(void *of, brume_denoise what, float *rgb) {
+    return brume_render_denoise(of, what, rgb);
+}
+
+brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc) {
+    if (!render) return BRUME_ERROR_ARGUMENT;
+    brume_picture_source from = {.context = render->device->context, .recorded = brume_render_recorded(render),
+                                 .alpha = render->film.alpha, .half = render->film.half,
+                                 .sampler = (uint32_t)render->params.sampler, .device = render->device->info.name,
+                                 .read = read_render, .denoise = denoise_render, .of = render};
+    brume_render_get_stats(render, &from.stats);
+    memcpy(from.world_to_camera, render->world_to_camera, sizeof from.world_to_camera);
+    brume_render_world_to_ndc(render, from.world_to_ndc);
+    return brume_picture_write(&from, "brume_render_write", path, desc);
 }
 
 brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width, uint32_t *out_height,

@@ -9,6 +9,7 @@
 #include <string.h>
 
 #include "effects.h"
+#include "picture.h"
 #include "platform.h"
 #include "strategy.h"
 
@@ -314,7 +315,7 @@ brume_result brume_render_get_stats(const brume_render *render, brume_render_sta
     return BRUME_OK;
 }
 
-static int channel_size(brume_channel channel) {
+int brume_channel_size(brume_channel channel) {
     switch (channel) {
     case BRUME_CHANNEL_RADIANCE:
     case BRUME_CHANNEL_VARIANCE:
@@ -338,17 +339,17 @@ uint32_t brume_render_recorded(const brume_render *render) {
     return render->desc.light_layers ? 2 : render->desc.guides != 0;
 }
 
-int brume_render_records(const brume_render *render, brume_channel channel) {
+int brume_channel_is_recorded(uint32_t recorded, brume_channel channel) {
     switch (channel) {
     case BRUME_CHANNEL_ALBEDO:
     case BRUME_CHANNEL_NORMAL:
     case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_ALPHA: return render->desc.guides != 0;
+    case BRUME_CHANNEL_ALPHA: return recorded > 0;
     case BRUME_CHANNEL_DIRECT:
     case BRUME_CHANNEL_INDIRECT:
     case BRUME_CHANNEL_SURFACE:
     case BRUME_CHANNEL_VOLUME:
-    case BRUME_CHANNEL_SEGMENTS: return render->desc.light_layers != 0;
+    case BRUME_CHANNEL_SEGMENTS: return recorded > 1;
     default: return 1;
     }
 }
@@ -379,13 +380,13 @@ static void to_scene_light(const brume_render *render, brume_channel channel, fl
 brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count) {
     if (!render) return BRUME_ERROR_ARGUMENT;
     brume_context *context = render->device->context;
-    size_t needed = (size_t)render->layout.width * render->layout.height * (size_t)channel_size(channel);
+    size_t needed = (size_t)render->layout.width * render->layout.height * (size_t)brume_channel_size(channel);
     if (!out || needed == 0)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: NULL, or no channel %d", (int)channel);
     if (count != needed)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: room for %zu floats, expected %zu", count,
                           needed);
-    if (!brume_render_records(render, channel))
+    if (!brume_channel_is_recorded(brume_render_recorded(render), channel))
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record %s",
                           brume_channel_name(channel) ? brume_channel_name(channel) : "alpha");
     float *data = NULL, *counts = NULL;

@@ -77,9 +77,6 @@ struct brume_render {
 brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
                                int traced, brume_render **out);
 
-/* Whether the film has what the channel is made of. */
-int brume_render_records(const brume_render *render, brume_channel channel);
-
 /* ---- render_buffers.c ---- */
 
 /* The scene on the device, and an empty film; BRUME_ERROR_MEMORY says how much is needed and how much there is. */

@@ -31,7 +31,7 @@ expect() { # expect WHAT GOT
     [ "$1" = "$2" ] || fail "offered \"$(echo "$2" | tr '\n' ' ')\" instead of \"$(echo "$1" | tr '\n' ' ')\""
 }
 
-commands=$(sed -n 's/^usage: render-cli \([a-z]*\) SCENE.*/\1/p' "$help")
+commands=$(sed -n 's/^usage: render-cli \([a-z]*\) \(SCENE\|FILE\).*/\1/p' "$help")
 if has bash; then
     for command in "" $commands; do
         expect "$(options_of "$command")" "$(in_bash $command scene.xml -- | sort)"

@@ -177,6 +177,44 @@ static void full_disk(void **state)
     remove(path_of("state"));
 }
 
+/* Ranges rendered apart, each with its checkpoint, come together; what is wrong with them is said in a line. */
+static void merging(void **state)
+{
+    (void)state;
+    NEEDS_DEVICE();
+    assert_int_equal(run("merge"), 2);
+    child_expect_error_line(&result, "no checkpoints");
+    assert_int_equal(run("merge a"), 2);
+    child_expect_error_line(&result, "no -o FILE");
+    assert_int_equal(run("merge a -o a.jpg"), 2);
+    assert_int_equal(run("merge a -o a.exr --spp 4"), 2);
+    assert_int_equal(run("merge a -o no/such/folder/a.exr"), 6);
+    assert_int_equal(run("merge a -o a.exr"), 7);
+    child_expect_error_line(&result, "a: No such file");
+    assert_int_equal(run("merge scene.xml -o a.exr"), 7);
+    child_expect_error_line(&result, "is not a checkpoint");
+
+    assert_int_equal(run("scene.xml --spp 24 -o whole.png"), 0);
+    assert_int_equal(run("scene.xml --sample-range 0:8 -o part.png --checkpoint a"), 0);
+    assert_int_equal(run("scene.xml --sample-range 8:24 -o part.png --checkpoint b"), 0);
+    assert_int_equal(run("merge b a -o a.png -o a.exr --stats=json"), 0);
+    assert_string_equal(result.err, "");
+    assert_true(json_valid(result.out));
+    assert_int_equal(strtol(json_member(result.out, "samples"), NULL, 10), 24 * COUNT);
+    expect_same_file("whole.png", "a.png"); /* 8 bits: what differs by a last bit is the same */
+    assert_int_equal(run("merge a a -o a.png"), 7);
+    child_expect_error_line(&result, "both hold samples 0 to 7");
+    assert_int_equal(run("merge b -o a.png"), 7);
+    child_expect_error_line(&result, "samples are missing: 0 to 7");
+    assert_int_equal(run("merge b -o a.png --sample-range 8:24"), 0);
+    assert_int_equal(run("merge a -o a.png --sample-range 0:24"), 7);
+    child_expect_error_line(&result, "samples are missing: 8 to 23");
+    assert_int_equal(run("merge a -o a.png --sample-range 0:24 --partial"), 0);
+    assert_non_null(strstr(result.err, "warning: samples are missing: 8 to 23"));
+    remove(path_of("a"));
+    remove(path_of("b"));
+}
+
 static int setup(void **state)
 {
     static const char *const scene =
@@ -210,6 +248,7 @@ int main(void)
         cmocka_unit_test(killed_and_gone_on),
         cmocka_unit_test(stopped_and_refused),
         cmocka_unit_test(full_disk),
+        cmocka_unit_test(merging),
     };
     return cmocka_run_group_tests(tests, setup, close_checkpoints);
 }

@@ -32,6 +32,7 @@ static void defaults_carry_a_cookie(void **state)
     assert_int_not_equal(brume_integrator_desc_default().cookie, 0);
     assert_int_not_equal(brume_render_desc_default().cookie, 0);
     assert_int_not_equal(brume_picture_desc_default().cookie, 0);
+    assert_int_not_equal(brume_merge_desc_default().cookie, 0);
 }
 
 static void every_result_has_a_name(void **state)

@@ -5,7 +5,7 @@
 function begin_command(line) {
     command = line ~ /^usage: render-cli SCENE/ ? "" : line
     sub(/^usage: render-cli /, "", command)
-    sub(/ ?SCENE.*/, "", command)
+    sub(/ ?(SCENE|FILE).*/, "", command)
     commands[++command_count] = command
     usage[command] = line
     sub(/^usage: /, "", usage[command])
