@@ -22,6 +22,7 @@
 # make check-study   a small study; its figures against numpy and NVIDIA's FLIP (from PyPI), its page in Chromium
 # make check-pictures layers as OpenEXR's module for Python and oiiotool read them; the denoiser (from PyPI)
 # make check-blender the Blender exporter against Cycles (Blender's module for Python, from PyPI, into build/)
+# make check-slurm    apps/farm/ under a real Slurm, started for the check (as root)
 # make study-picture scenes/pictures/three-spots-study.svg: the plot that README.md shows
 # make bench         against Mitsuba, Cycles and LuxCore: out/bench/; ARGS="--quick --scenes open-beam --peers cycles"
 # make bench-peers   installs these (from PyPI, into build/bench/venv; and libllvm19, for Mitsuba)
@@ -278,6 +279,11 @@ check-pictures: $(build)/render-cli $(build)/test/test_denoise
 	@sh lib/deps.sh python3 python3-venv openimageio-tools
 	@sh test/pictures/check_pictures.sh $(build); code=$$?; \
 	    [ $$code -eq 77 ] && echo "check-pictures: in part skipped" || exit $$code
+
+.PHONY: check-slurm
+check-slurm: $(build)/render-cli
+	@sh lib/deps.sh slurmctld slurmd slurm-client parallel
+	@sh test/check_slurm.sh $(build); code=$$?; [ $$code -eq 77 ] || exit $$code
 
 # The add-on as a file to install: Edit > Preferences > Add-ons > Install from Disk
 $(build)/brume_export.zip: $(wildcard apps/blender/brume_export/*.py)

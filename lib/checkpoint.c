@@ -116,7 +116,8 @@ brume_result brume_checkpoint_same_picture(brume_context *context, const char *p
     static const setting settings[] = {
         SETTING("width", full_width, 1),    SETTING("height", full_height, 1), SETTING("crop's left edge", crop_x, 1),
         SETTING("crop's top edge", crop_y, 1), SETTING("crop's width", width, 1), SETTING("crop's height", height, 1),
-        SETTING("seed", seed, 1),           SETTING("precision", precision, 0), SETTING("choice of layers", recorded, 0),
+        SETTING("seed", seed, 1),           SETTING("precision", precision, 0),
+        SETTING("choice of layers", recorded, 0),
         SETTING("sampler", sampler, 0),     SETTING("strategy", strategy, 0),  SETTING("strategy", positions, 0),
         SETTING("way of indirect light", indirect, 0), SETTING("choice of effects", without, 0),
         SETTING("clamp", clamp, 0),         {NULL, 0, 0}};
