@@ -202,8 +202,8 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 
 $(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
-$(build)/test/test_cl_faults $(build)/test/measure_cl_faults: \
-    $(patsubst %,$(build)/test/faults/%.o,cl_shim session sweep)
+faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))
+$(patsubst %,$(build)/test/%,test_cl_faults test_launches test_memory measure_cl_faults measure_memory): $(faulty)
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
 test: all meshes $(tests)
@@ -216,8 +216,9 @@ stability: all meshes $(stable)
 	@sh test/stability.sh $(build) $(sort $(stable))
 
 # ARGS="cached": one of the sessions only
-trust: $(build)/test/measure_cl_faults
+trust: $(build)/test/measure_cl_faults $(build)/test/measure_memory
 	$(build)/test/measure_cl_faults $(ARGS)
+	$(build)/test/measure_memory
 
 exhaustive: $(build)/test/measure_exhaustive
 	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)

@@ -1,6 +1,7 @@
 /* context.c -- brume_context: the last error message and the log callback. */
 #include "context.h"
 
+#include <errno.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -52,7 +53,8 @@ void brume_context_set_log(brume_context *context, brume_log_callback callback, 
 }
 
 const char *brume_context_message(const brume_context *context) {
-    return context && context->message ? context->message : "";
+    if (!context) return "";
+    return context->message ? context->message : context->speechless ? context->speechless : "";
 }
 
 /* NULL when there is no memory for it. */
@@ -78,9 +80,12 @@ brume_result brume_fail(brume_context *context, brume_result result, const char 
     va_end(arguments);
     free(context->message);
     context->message = text;
-    log_line(context, BRUME_LOG_ERROR, text);
+    context->speechless = text ? NULL : brume_result_name(result);
+    log_line(context, BRUME_LOG_ERROR, text ? text : context->speechless);
     return result;
 }
+
+brume_result brume_read_error(int error) { return error == ENOMEM ? BRUME_ERROR_MEMORY : BRUME_ERROR_SCENE; }
 
 #define LOG_FORMATTED(level)                              \
     do {                                                  \

@@ -14,6 +14,7 @@ struct brume_context {
     brume_log_callback log;
     void *log_user;
     char *message;  /* NULL: none, or no memory to keep it */
+    const char *speechless; /* for the latter case: what is said instead */
 };
 
 /* Keeps and logs the message, returns `result`. context may be NULL. */
@@ -21,6 +22,9 @@ brume_result brume_fail(brume_context *context, brume_result result, const char 
     __attribute__((format(printf, 3, 4)));
 void brume_warn(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
 void brume_info(brume_context *context, const char *format, ...) __attribute__((format(printf, 2, 3)));
+
+/* What a file that can't be read comes to, by errno: BRUME_ERROR_MEMORY or _SCENE. */
+brume_result brume_read_error(int error);
 
 /* For functions that hold nothing to be released: passes a failure on. */
 #define BRUME_TRY(call)              \

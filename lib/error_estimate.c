@@ -140,6 +140,7 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     for (size_t i = 0; i < pixels; i++) behind += e->level[i] < FIRST_LEVEL;
     if (behind > pixels / 100) return r;
     float *weights = brume_error_estimate_weights(e);
+    r.no_memory = !weights;
     if (!weights) return r;
     sum_levels(e, weights, &s);
     double sum = 0, influences = 0, squares = 0, orders = 0, doubts = 0;

@@ -33,6 +33,7 @@ typedef struct brume_error_estimate {
  * for the R that it converges to. */
 typedef struct brume_error_result {
     int known;         /* 0: too few samples; the rest means nothing */
+    int no_memory;     /* not known for want of memory */
     double relmse;
     double low, high;  /* 95 % confidence */
     double order;      /* p, between 1 and 4: the error falls as samples^-p */

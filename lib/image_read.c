@@ -32,7 +32,10 @@ static float decode_srgb(double v) {
 static brume_result read_stb(const source *s, const char *bytes, size_t size, int raw, brume_image *out) {
     int width, height, bits;
     const char *why;
+    errno = 0; /* which allocations that fail set, whatever the library makes of them */
     void *decoded = brume_stb_decode(bytes, size, &width, &height, &bits, &why);
+    if (!decoded && errno == ENOMEM)
+        return fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
     if (!decoded)
         return brume_fail(s->context, BRUME_ERROR_SCENE, "%s%s%s: not a readable picture: %s", s->where ? s->where : "",
                           s->where ? ": " : "", s->path, why);
@@ -170,6 +173,7 @@ static brume_result read_exr(const source *s, brume_image *out) {
     memset(&file, 0, sizeof file);
     start.error_handler_fn = brume_exr_on_error;
     start.user_data = &errors;
+    errno = 0;
     exr_result_t code = exr_start_read(&file.exr, s->path, &start);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_storage(file.exr, 0, &storage);
@@ -201,13 +205,15 @@ static brume_result read_exr(const source *s, brume_image *out) {
     code = storage == EXR_STORAGE_TILED ? read_tiles(&file, &decoder) : read_scanlines(&file, &decoder);
     for (size_t i = 0; file.grey && i < (size_t)(width * height); i++)
         file.texels[3 * i + 1] = file.texels[3 * i + 2] = file.texels[3 * i];
-cleanup:
+cleanup:;
+    int error = errno;
     if (file.exr) {
         exr_decoding_destroy(file.exr, &decoder);
         exr_finish(&file.exr);
     }
     if (result == BRUME_OK && code != EXR_ERR_SUCCESS)
-        result = fail_at(s, BRUME_ERROR_SCENE, errors.first[0] ? errors.first : exr_get_default_error_message(code));
+        result = fail_at(s, brume_read_error(error),
+                         errors.first[0] ? errors.first : exr_get_default_error_message(code));
     free(file.unwanted);
     if (result != BRUME_OK) {
         free(file.texels);
@@ -227,7 +233,7 @@ brume_result brume_image_read(brume_context *context, const char *path, int raw,
     size_t size;
     char *bytes = brume_text_read_file(path, &size);
     if (!bytes)
-        return fail_at(&s, BRUME_ERROR_SCENE, strerror(errno));
+        return fail_at(&s, brume_read_error(errno), strerror(errno));
     brume_result result;
     if (size == 0)
         result = fail_at(&s, BRUME_ERROR_SCENE, "the file is empty");

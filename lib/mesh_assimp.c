@@ -108,32 +108,41 @@ static brume_result convert(brume_context *context, const struct aiScene *scene,
     return BRUME_OK;
 }
 
-/* assimp's own words, on one line, for a file that can be opened but not read. */
-static void explain(const char *path, char why[256]) {
+/* assimp's own words, on one line, for a file that can be opened but not read. It catches all exceptions: one that it
+ * has no words for comes from an allocation, like those of that name. */
+static brume_result explain(const char *path, int error, char why[256]) {
+    const char *words = aiGetErrorString();
+    if (error == ENOMEM || strcmp(words, "") == 0 || strstr(words, "bad_alloc") || strstr(words, "Unknown exception")) {
+        snprintf(why, 256, "out of memory");
+        return BRUME_ERROR_MEMORY;
+    }
     FILE *file = fopen(path, "rb");
     int empty = file && fgetc(file) == EOF;
     if (!file || ferror(file) || empty) {
         snprintf(why, 256, "%s", file && empty && !ferror(file) ? "the file is empty" : strerror(errno));
     } else {
-        snprintf(why, 256, "not a readable mesh: %.200s", aiGetErrorString());
+        snprintf(why, 256, "not a readable mesh: %.200s", words);
         for (char *c = why; *c; c++)
             if (*c == '\n' || *c == '\r')
                 *c = ' ';
     }
+    brume_result result = file ? BRUME_ERROR_SCENE : brume_read_error(errno);
     if (file)
         fclose(file);
+    return result;
 }
 
 /* assimp keeps the words of the last failure in a string of the whole process, which every failing import writes:
  * without the lock, contexts in two threads would not be independent. */
 static brume_lock import_lock = BRUME_LOCK_INIT;
 
-/* NULL after a failure, with the reason in `why`. */
-static const struct aiScene *import(const char *path, char why[256]) {
+/* NULL after a failure, with what that is in *result and the reason in `why`. */
+static const struct aiScene *import(const char *path, brume_result *result, char why[256]) {
     brume_lock_exclusive(&import_lock);
+    errno = 0;
     const struct aiScene *scene = aiImportFile(path, aiProcess_Triangulate);
     if (!scene || !scene->mRootNode) {
-        explain(path, why);
+        *result = explain(path, errno, why);
         aiReleaseImport(scene);
         scene = NULL;
     }
@@ -148,10 +157,11 @@ brume_result brume_mesh_read_ply(brume_context *context, const char *path, const
     if (!path || !options || !out)
         return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_mesh_read_ply: NULL argument");
     char why[256];
-    const struct aiScene *scene = import(path, why);
+    brume_result result = BRUME_OK;
+    const struct aiScene *scene = import(path, &result, why);
     if (!scene)
-        return brume_mesh_fail(context, BRUME_ERROR_SCENE, where, path, why);
-    brume_result result = convert(context, scene, where, path, &mesh);
+        return brume_mesh_fail(context, result, where, path, why);
+    result = convert(context, scene, where, path, &mesh);
     aiReleaseImport(scene);
     if (result == BRUME_OK)
         result = brume_mesh_finish(context, options, where, path, &mesh);

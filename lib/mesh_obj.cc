@@ -216,6 +216,7 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
     size_t size = 0;
     char *text = brume_text_read_file(path, &size);
     if (!text) {
+        why->code = brume_read_error(errno);
         why->what = strerror(errno);
         return false;
     }

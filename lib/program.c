@@ -1,6 +1,7 @@
 /* program.c -- kernels from source: see program.h. */
 #include "program.h"
 
+#include <errno.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -16,14 +17,17 @@ typedef struct expansion {
     int included_count;
 } expansion;
 
-/* malloc'ed text of a file of cl/, NULL if there is none. */
+/* malloc'ed text of a file of cl/; NULL with errno set, 0 if there is none. */
 static char *read_source(const char *name) {
     const char *folder = getenv("BRUME_CL_DIR");
     if (folder && *folder) {
         brume_text path = {0};
         brume_text_format(&path, "%s/%s", folder, name);
+        errno = ENOMEM;
         char *text = path.failed ? NULL : brume_text_read_file(path.data, NULL);
+        int error = errno;
         free(path.data);
+        errno = error;
         return text;
     }
     for (const brume_source *s = brume_sources; s->name; s++) {
@@ -33,6 +37,7 @@ static char *read_source(const char *name) {
         if (copy) memcpy(copy, s->text, size);
         return copy;
     }
+    errno = 0;
     return NULL;
 }
 
@@ -85,6 +90,8 @@ static brume_result expand_file(expansion *e, const char *name, int depth) {
     if (e->included_count == MAX_INCLUDED)
         return brume_fail(e->context, BRUME_ERROR_BUILD, "more than %d kernel files", MAX_INCLUDED);
     char *text = read_source(name);
+    if (!text && errno == ENOMEM)
+        return brume_fail(e->context, BRUME_ERROR_MEMORY, "expanding kernel sources: out of memory");
     if (!text) return brume_fail(e->context, BRUME_ERROR_BUILD, "kernel source %s: not found", name);
     size_t size = strlen(name) + 1;
     char *copy = malloc(size);

@@ -78,9 +78,9 @@ static brume_result check_room(const brume_render *render, const size_t sizes[AL
     bytes_text((double)device->largest_buffer, part_most);
     if (device->largest_buffer && sizes[largest] > device->largest_buffer)
         return brume_fail(device->context, BRUME_ERROR_MEMORY,
-                          "the %s of the scene and its picture need %s in one piece; %s gives %s at most (of %s in "
-                          "all, %s needed)",
-                          names[largest], part_need, device->info.name, part_most, have, need);
+                          "the scene and its picture need %s of memory on the device, %s of it in one piece for the "
+                          "%s; %s has %s, and gives at most %s at once",
+                          need, part_need, names[largest], device->info.name, have, part_most);
     if (device->info.memory_bytes && total > device->info.memory_bytes)
         return brume_fail(device->context, BRUME_ERROR_MEMORY,
                           "the scene and its picture need %s of memory on the device, %s of it for the %s; %s has %s",

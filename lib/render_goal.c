@@ -130,6 +130,14 @@ static brume_result read_film(brume_render *r, float **mean, float **count) {
     return result;
 }
 
+static brume_result estimate(brume_render *r, const float *count) {
+    brume_error_result error = brume_error_estimate_picture(&r->estimate, count);
+    if (error.no_memory)
+        return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "estimating the error: out of memory");
+    r->error = error;
+    return BRUME_OK;
+}
+
 brume_result brume_goal_look(brume_render *r, uint32_t samples) {
     /* Ranges that start elsewhere are not nets. */
     if (r->desc.first_sample % samples != 0 || !is_power_of_two(samples)) return BRUME_OK;
@@ -141,8 +149,8 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         brume_error_estimate_update(&r->estimate, mean, count, level);
         /* Within an adaptive stage most pixels are as they were. */
         r->looked = !r->ends || r->samples_done >= r->stage_end;
-        if (r->looked) r->error = brume_error_estimate_picture(&r->estimate, count);
-        if (may_adapt(r) && r->looked && r->error.known) {
+        if (r->looked) result = estimate(r, count);
+        if (result == BRUME_OK && may_adapt(r) && r->looked && r->error.known) {
             brume_allocation_free(r->allocation);
             r->allocation = brume_allocation_create(&r->estimate, order_ahead(r), MOST_SAMPLES);
             if (!r->allocation)
@@ -165,7 +173,7 @@ brume_result brume_goal_last_look(brume_render *r) {
     }
     float *mean, *count;
     brume_result result = read_film(r, &mean, &count);
-    if (result == BRUME_OK) r->error = brume_error_estimate_picture(&r->estimate, count);
+    if (result == BRUME_OK) result = estimate(r, count);
     free(mean);
     free(count);
     return result;

@@ -335,7 +335,11 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s)
     r->rate = h->rate;
     r->finished = (int)h->finished;
     r->looked = (int)h->looked;
-    r->error = (brume_error_result){(int)h->error_known, h->relmse, h->relmse_low, h->relmse_high, h->order};
+    r->error = (brume_error_result){.known = (int)h->error_known,
+                                    .relmse = h->relmse,
+                                    .low = h->relmse_low,
+                                    .high = h->relmse_high,
+                                    .order = h->order};
     memset(&r->prediction, 0, sizeof r->prediction);
     r->stats.adaptive = h->has_counts;
     r->stats.complete = h->finished;

@@ -450,7 +450,7 @@ static brume_result read_file(xml_reader *reader, const char *path, const xml_fi
                           MAX_FILES);
     FILE *stream = fopen(path, "rb");
     if (!stream)
-        return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: cannot open '%s': %s", at, line, column, path,
+        return brume_fail(context, brume_read_error(errno), "%s:%d:%d: cannot open '%s': %s", at, line, column, path,
                           strerror(errno));
 
     brume_result result = BRUME_ERROR_MEMORY;
