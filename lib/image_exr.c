@@ -11,9 +11,11 @@
 enum { MOST_CHANNELS = 1024 };
 
 typedef struct sink {
-    brume_exr_errors errors; /* first: see image_exr_context.h */
+    brume_exr_errors errors;
     brume_output output;
 } sink;
+
+__thread brume_exr_errors *brume_exr_listener;
 
 static int64_t write_bytes(exr_const_context_t exr, void *user, const void *bytes, uint64_t size, uint64_t offset,
                            exr_stream_error_func_ptr_t fail) {
@@ -187,6 +189,7 @@ brume_result brume_exr_write(brume_context *context, const char *path, uint32_t 
     exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
     start.error_handler_fn = brume_exr_on_error;
     start.user_data = &s;
+    brume_exr_listener = &s.errors;
     start.write_fn = write_bytes;
     int part = 0;
     exr_result_t code = exr_start_write(&exr, path, EXR_WRITE_FILE_DIRECTLY, &start);
@@ -199,6 +202,7 @@ brume_result brume_exr_write(brume_context *context, const char *path, uint32_t 
         exr_result_t finished = exr_finish(&exr);
         code = code == EXR_ERR_SUCCESS ? finished : code;
     }
+    brume_exr_listener = NULL;
     result = brume_output_close(context, &s.output, code == EXR_ERR_SUCCESS);
     if (result == BRUME_OK && code != EXR_ERR_SUCCESS)
         result = brume_fail(context, code == EXR_ERR_OUT_OF_MEMORY ? BRUME_ERROR_MEMORY : BRUME_ERROR_OUTPUT, "%s: %s",

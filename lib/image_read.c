@@ -172,7 +172,7 @@ static brume_result read_exr(const source *s, brume_image *out) {
     brume_result result = BRUME_OK;
     memset(&file, 0, sizeof file);
     start.error_handler_fn = brume_exr_on_error;
-    start.user_data = &errors;
+    brume_exr_listener = &errors;
     errno = 0;
     exr_result_t code = exr_start_read(&file.exr, s->path, &start);
     if (code == EXR_ERR_SUCCESS)
@@ -211,6 +211,7 @@ cleanup:;
         exr_decoding_destroy(file.exr, &decoder);
         exr_finish(&file.exr);
     }
+    brume_exr_listener = NULL;
     if (result == BRUME_OK && code != EXR_ERR_SUCCESS)
         result = fail_at(s, brume_read_error(error),
                          errors.first[0] ? errors.first : exr_get_default_error_message(code));
