@@ -3,7 +3,8 @@
 # make demo          render out/three-spots.exr and .png
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
-# make trust         what may go wrong and what that does: every OpenCL call with every error; takes long
+# make trust         every OpenCL call with every error, every allocation, hostile files: how many, how many were lost
+# make fuzz          the readers of files by libFuzzer, a minute each; SECONDS=600
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
 # make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
 #                    ARGS="lexp llog": only these
@@ -77,6 +78,7 @@ flags.release := -O2 -DNDEBUG
 flags.debug := -O0 -g3
 flags.sanitize := -O1 -g -fsanitize=address,undefined -fno-sanitize-recover=undefined -fno-omit-frame-pointer
 flags.threads := -O1 -g -fsanitize=thread
+flags.fuzz := $(flags.sanitize) -fsanitize=fuzzer-no-link
 flags.coverage := -O0 -g --coverage
 
 warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
@@ -88,9 +90,9 @@ common := $(flags.$(config)) $(code.$(platform)) -MMD -MP $(warnings)
 CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
 CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
 link_flags := $(flags.$(config)) $(LDFLAGS)
-libs.linux := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lpthread -ldl
-libs.macos := -framework OpenCL -lOpenEXRCore -lassimp -lexpat -lc++
-libs.windows := -lOpenCL -lOpenEXRCore -lassimp -lexpat -lstdc++ -lm -lws2_32
+libs.linux := -lOpenCL -lOpenEXRCore -lexpat -lstdc++ -lm -lpthread -ldl
+libs.macos := -framework OpenCL -lOpenEXRCore -lexpat -lc++
+libs.windows := -lOpenCL -lOpenEXRCore -lexpat -lstdc++ -lm -lws2_32
 libs := $(libs.$(platform))
 
 # The operating system behind one file: lib/platform.h, apps/platform.h.
@@ -107,8 +109,8 @@ test_support := $(patsubst test/%.c,$(build)/test/%.o,$(filter-out $(test_progra
 # `make deps demo` on a bare system: whatever needs a compiler waits for deps, with -j too.
 first := $(filter deps,$(MAKECMDGOALS))
 
-.PHONY: all deps demo meshes test trust stability exhaustive check-platform check-cl check-oclgrind check-intel \
-        crosscheck check-study check-pictures check-blender blender-addon study-picture ladder estimates \
+.PHONY: all deps demo meshes test trust fuzz fuzzers stability exhaustive check-platform check-cl check-oclgrind \
+        check-intel crosscheck check-study check-pictures check-blender blender-addon study-picture ladder estimates \
         bench-effects clean
 .SECONDARY:
 all: $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/example $(build)/ladder
@@ -202,6 +204,8 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 
 $(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
+fuzzable := $(patsubst %,$(build)/test/fuzz/%.o,guard seeds targets)
+$(build)/test/test_hostile: $(fuzzable)
 faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))
 $(patsubst %,$(build)/test/%,test_cl_faults test_launches test_memory measure_cl_faults measure_memory): $(faulty)
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
@@ -217,8 +221,25 @@ stability: all meshes $(stable)
 
 # ARGS="cached": one of the sessions only
 trust: $(build)/test/measure_cl_faults $(build)/test/measure_memory
-	$(build)/test/measure_cl_faults $(ARGS)
-	$(build)/test/measure_memory
+	@sh test/trust.sh "$(build)/test/measure_cl_faults $(ARGS)" $(build)/test/measure_memory \
+	    "$(MAKE) -s fuzz SECONDS=20"
+
+# SECONDS=600: for each reader
+SECONDS ?= 60
+fuzz:
+	@sh lib/deps.sh libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev >&2
+	@$(MAKE) -s config=fuzz CC=clang fuzzers >&2
+	@sh test/fuzz/fuzz.sh build/fuzz-clang $(SECONDS)
+
+fuzzers := $(patsubst %,$(build)/test/fuzz/fuzz_%,scene obj ply picture checkpoint)
+fuzzers: $(fuzzers)
+
+$(build)/test/fuzz/drive_%.o: test/fuzz/drive.c
+	@mkdir -p $(@D)
+	$(CC) $(CFLAGS_all) -Ilib -DTARGET=$* -c -o $@ $<
+
+$(build)/test/fuzz/fuzz_%: $(build)/test/fuzz/drive_%.o $(fuzzable) $(build)/libbrume.a
+	$(CXX) $(link_flags) -fsanitize=fuzzer -o $@ $^ $(libs)
 
 exhaustive: $(build)/test/measure_exhaustive
 	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)

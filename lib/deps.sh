@@ -17,7 +17,6 @@ pocl-opencl-icd         OpenCL on the CPU, where there is no GPU
 libopenexr-dev          EXR pictures (OpenEXRCore)
 libstb-dev              PNG pictures
 libtinyobjloader-dev    OBJ meshes
-libassimp-dev           PLY meshes
 libexpat1-dev           scene files
 libcmocka-dev           tests
 gnuplot-nox             the curves of render-cli study

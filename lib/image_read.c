@@ -39,6 +39,10 @@ static brume_result read_stb(const source *s, const char *bytes, size_t size, in
     if (!decoded)
         return brume_fail(s->context, BRUME_ERROR_SCENE, "%s%s%s: not a readable picture: %s", s->where ? s->where : "",
                           s->where ? ": " : "", s->path, why);
+    if (width < 1 || height < 1) {
+        free(decoded);
+        return fail_at(s, BRUME_ERROR_SCENE, "the picture has no pixels");
+    }
     size_t count = 3 * (size_t)width * (size_t)height;
     float *texels = bits == BRUME_STB_FLOAT ? decoded : malloc(count * sizeof *texels);
     if (!texels) {

@@ -19,6 +19,10 @@
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_NO_STDIO
+/* What nobody takes for textures is not for files from anywhere to reach. */
+#define STBI_NO_PSD
+#define STBI_NO_GIF
+#define STBI_NO_PIC
 #include <stb/stb_image.h>
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION

@@ -1,4 +1,4 @@
-/* mesh.h -- reading triangle meshes: OBJ through tinyobjloader, PLY and the rest through assimp. */
+/* mesh.h -- reading triangle meshes: OBJ through tinyobjloader, and PLY. */
 #ifndef BRUME_MESH_H
 #define BRUME_MESH_H
 

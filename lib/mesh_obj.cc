@@ -81,6 +81,15 @@ bool check_numbers(const char *text, size_t size, refusal *why) {
     return true;
 }
 
+// Bones' weights (vw), which no surface needs, become comments: the parser turns any number there into an int.
+void hide_weights(std::string &text) {
+    for (size_t at = 0; at < text.size();) {
+        size_t word = text.find_first_not_of(" \t\r", at), end = text.find('\n', at);
+        if (word != std::string::npos && text.compare(word, 2, "vw") == 0) text[word] = '#';
+        at = end == std::string::npos ? text.size() : end + 1;
+    }
+}
+
 // "... line 12.)" in a message of the parser.
 size_t line_of(const std::string &message) {
     size_t at = message.find("line ");
@@ -237,6 +246,7 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
         return false;
     }
     if (!check_numbers(kept.c_str(), size, why)) return false;
+    hide_weights(kept);
 
     std::istringstream stream(kept);
     kept = std::string();

@@ -2,7 +2,6 @@
 #define _GNU_SOURCE
 #include "host_shim.h"
 
-#include <assimp/cimport.h>
 #include <dlfcn.h>
 #include <errno.h>
 #include <malloc.h>
@@ -25,7 +24,7 @@
 
 enum { BOOK = 1 << 20 }; /* a power of two, far more than what is ever allocated at once */
 
-typedef struct entry { void *at, *caller; int assimp; } entry;
+typedef struct entry { void *at, *caller; } entry;
 
 static entry book[BOOK]; /* open addressing; (void *)1 marks what has been freed */
 static size_t booked;
@@ -33,7 +32,6 @@ static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static unsigned calls, fail_at;
 static int fail_forever, fired, counting;
 static __thread int mine; /* the test's thread */
-static __thread int importing;
 
 #ifndef SANITIZED
 #define GONE ((void *)1)
@@ -49,7 +47,7 @@ static void note(void *at, void *caller) {
     size_t i = place_of(at);
     pthread_mutex_lock(&lock);
     while (book[i].at && book[i].at != GONE) i = (i + 1) % BOOK;
-    book[i] = (entry){at, caller, importing};
+    book[i] = (entry){at, caller};
     booked++;
     pthread_mutex_unlock(&lock);
 }
@@ -117,15 +115,6 @@ __attribute__((visibility("default"))) void free(void *at) {
     __libc_free(at);
 }
 
-__attribute__((visibility("default"))) const struct aiScene *aiImportFile(const char *path, unsigned flags) {
-    const struct aiScene *(*call)(const char *, unsigned);
-    *(void **)&call = dlsym(dlopen("libassimp.so.5", RTLD_NOW), "aiImportFile");
-    importing = 1;
-    const struct aiScene *scene = call(path, flags);
-    importing = 0;
-    return scene;
-}
-
 int host_shim_works(void) { return 1; }
 #else
 int host_shim_works(void) { return 0; }
@@ -154,16 +143,11 @@ void host_shim_end(void) {
 unsigned host_shim_count(void) { return calls; }
 int host_shim_fired(void) { return fired; }
 
-size_t host_shim_left(char who[256], size_t *assimp) {
+size_t host_shim_left(char who[256]) {
     size_t left = 0;
     who[0] = 0;
-    *assimp = 0;
     for (size_t i = 0; i < BOOK; i++) {
         if ((uintptr_t)book[i].at <= 1) continue;
-        if (book[i].assimp) {
-            ++*assimp;
-            continue;
-        }
         left++;
         Dl_info info;
         if (!who[0] && dladdr(book[i].caller, &info) && info.dli_fname)

@@ -20,8 +20,7 @@ void host_shim_end(void);
 unsigned host_shim_count(void);
 int host_shim_fired(void);
 
-/* Allocations since host_shim_begin that have not been freed, and for one of them the library that asked for it. Those
- * of assimp's importer, which loses some when its own constructor fails, are counted apart. */
-size_t host_shim_left(char who[256], size_t *assimp);
+/* Allocations since host_shim_begin that have not been freed, and for one of them the library that asked for it. */
+size_t host_shim_left(char who[256]);
 
 #endif

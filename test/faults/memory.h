@@ -8,7 +8,6 @@ extern const char *const memory_names[MEMORY_WORKS];
 
 typedef struct memory_sweep {
     unsigned tried, reported, went_on, lost;
-    unsigned long kept_by_assimp; /* allocations that its importer never frees, over all failures */
 } memory_sweep;
 
 /* Scene files with includes, meshes and textures in a temporary folder. Returns 0 if there is no way to test. */

@@ -35,10 +35,17 @@ void sweep_all(session_kind kind, sweep *s) {
         for (int thread = 0; thread < 2; thread++) {
             const cl_int *errors = cl_shim_errors((cl_function)f);
             unsigned calls = session_calls(kind, (cl_function)f, thread), before = s->tried;
+            int codes = 0;
+            while (errors[codes]) codes++;
             for (unsigned n = 1; n <= calls; n++)
-                for (int e = 0; errors[e]; e++) {
+                for (int e = 0; e < codes; e++) {
                     cl_fault fault = {(cl_function)f, thread, n, errors[e], CL_FAILS};
-                    sweep_manners(kind, fault, s);
+                    if (kind == SESSION_CACHED) {
+                        sweep_manners(kind, fault, s);
+                    } else if (e == (int)(n % (unsigned)codes)) {
+                        fault.manner = n % 3 == 0 ? CL_LOST : n % 3 == 1 ? CL_FAILS : CL_FULL;
+                        sweep_one(kind, &fault, s);
+                    }
                 }
             if (s->verbose && calls)
                 printf("# %s %s%s: %u calls, %u faults\n", session_names[kind], cl_shim_name((cl_function)f),

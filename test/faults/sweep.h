@@ -9,7 +9,8 @@ typedef struct sweep {
     int verbose;   /* counts for each function, to standard output */
 } sweep;
 
-/* Every call with every error: once, and with all later ones, of the same function and of all. */
+/* Every call with every error: once, and with all later ones, of the same function and of all. In other sessions than
+ * the cached one, which makes the same calls, every call with one error and in one manner, taken in turns. */
 void sweep_all(session_kind kind, sweep *s);
 /* Of each function the first call, the last and one between, with an error each. */
 void sweep_some(session_kind kind, sweep *s);
