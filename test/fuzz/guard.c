@@ -35,7 +35,6 @@ static void refuse(const char *what, const char *path) {
 
 /* clang and gcc know these by heart, with attributes of their own. */
 #pragma GCC diagnostic ignored "-Wmissing-prototypes"
-#pragma GCC diagnostic ignored "-Wnonnull-compare"
 
 #define OPEN(name)                                                                                                     \
     EXPORT int name(const char *path, int flags, ...) {                                                                \
