@@ -339,4 +339,4 @@ include lib/packaging/install.mk
 clean:
 	rm -rf build out
 
--include $(wildcard $(build)/*.d $(build)/*/*.d)
+-include $(wildcard $(build)/*.d $(build)/*/*.d $(build)/*/*/*.d)

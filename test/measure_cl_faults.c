@@ -9,10 +9,11 @@ int main(int argc, char **argv) {
     static const char *const words[SESSION_KINDS] = {"with a cached program", "with adaptive sampling",
                                                      "from source", "with a quick start"};
     unsigned lost = 0;
-    if (!sessions_begin()) {
-        fprintf(stderr, "no OpenCL device\n");
+    int begun = sessions_begin();
+    if (begun <= 0) {
+        if (begun == 0) fprintf(stderr, "no OpenCL device\n");
         sessions_end();
-        return 77;
+        return begun == 0 ? 77 : 1;
     }
     for (int kind = 0; kind < SESSION_KINDS; kind++) {
         int wanted = argc < 2;

@@ -16,7 +16,7 @@ static int has_device;
 static int setup(void **state) {
     (void)state;
     has_device = sessions_begin();
-    return 0;
+    return has_device < 0 ? -1 : 0;
 }
 
 static int teardown(void **state) {

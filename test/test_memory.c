@@ -17,7 +17,7 @@ static int works;
 static int setup(void **state) {
     (void)state;
     works = memory_begin();
-    return 0;
+    return works < 0 ? -1 : 0;
 }
 
 static int teardown(void **state) {

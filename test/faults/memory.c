@@ -201,17 +201,18 @@ static int measure(memory_work work, brume_context *context) {
 int memory_begin(void) {
     brume_context *context = NULL;
     uint32_t devices = 0;
-    if (!host_shim_works() || !mkdtemp(folder)) return 0;
+    if (!host_shim_works()) return 0;
+    if (!mkdtemp(folder)) return -1;
     for (int i = 0; i < FILES; i++) snprintf(paths[i], sizeof paths[i], "%s/%s", folder, files[i]);
     snprintf(cache, sizeof cache, "%s/cache", folder);
     setenv("BRUME_CACHE_DIR", cache, 1);
     cl_shim_reset();
-    if (!write_files() || brume_context_create(&context) != BRUME_OK || !measure(MEMORY_LOAD, context)) return 0;
+    if (!write_files() || brume_context_create(&context) != BRUME_OK || !measure(MEMORY_LOAD, context)) return -1;
     if (brume_device_count(context, &devices) == BRUME_OK && devices) {
         if (brume_device_open(context, BRUME_DEVICE_ANY, &device) != BRUME_OK ||
             brume_scene_load(context, paths[0], NULL, 0, &scene_to_render) != BRUME_OK ||
             !measure(MEMORY_RENDER, context))
-            return 0;
+            return -1;
     }
     brume_context_destroy(context);
     return 1;

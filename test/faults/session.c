@@ -250,7 +250,7 @@ int sessions_begin(void) {
     char loss[256] = "";
     brume_context *context = NULL;
     uint32_t devices = 0;
-    if (!mkdtemp(folder)) return 0;
+    if (!mkdtemp(folder)) return -1;
     snprintf(exr, sizeof exr, "%s/picture.exr", folder);
     snprintf(png, sizeof png, "%s/picture.png", folder);
     snprintf(kept, sizeof kept, "%s/kept", folder);
@@ -267,7 +267,7 @@ int sessions_begin(void) {
             for (int t = 0; t < 2; t++) calls[order[i]][f][t] = cl_shim_calls((cl_function)f, t);
     }
     if (loss[0]) fprintf(stderr, "without faults: %s\n", loss);
-    return !loss[0];
+    return loss[0] ? -1 : 1;
 }
 
 void sessions_end(void) {

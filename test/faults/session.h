@@ -17,7 +17,7 @@ typedef enum session_kind {
 extern const char *const session_names[SESSION_KINDS];
 
 /* A temporary folder, the scene; and the pictures, and how many calls there are of each function, without faults.
- * Returns 0 if there is no device. */
+ * Returns 0 if there is no device, < 0 if they don't come out right, with the reason on standard error. */
 int sessions_begin(void);
 void sessions_end(void);
 
