@@ -11,7 +11,7 @@ fail() {
     exit 1
 }
 mkdir -p "$folder/include" || exit 1
-for header in CL stb assimp OpenEXR Imath expat.h expat_external.h; do
+for header in CL stb OpenEXR Imath expat.h expat_external.h; do
     [ -e /usr/include/$header ] || fail "no /usr/include/$header"
     ln -sfn /usr/include/$header "$folder/include/$header"
 done

@@ -68,7 +68,7 @@ static int write_files(void) {
     for (int i = 0; i < 8 * 4 * 3; i++) sky[i] = 0.1f + 0.01f * (float)i;
     const brume_exr_channel channels[3] = {{"R", sky, 3, 0}, {"G", sky + 1, 3, 0}, {"B", sky + 2, 3, 0}};
     return write_text(paths[0], scene_text) && write_text(paths[1], part_text) && write_text(paths[2], obj_text) &&
-           write_text(paths[3], ply_text) && brume_png_write(NULL, paths[4], 8, 4, sky, 0, NULL) == BRUME_OK &&
+           write_text(paths[3], ply_text) && brume_png_write(NULL, paths[4], 8, 4, sky, 0, BRUME_TONEMAP_NONE, NULL) == BRUME_OK &&
            brume_exr_write(NULL, paths[5], 0, 0, 8, 4, 8, 4, channels, 3, NULL, 0) == BRUME_OK;
 }
 

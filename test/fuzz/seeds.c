@@ -86,7 +86,7 @@ static int write_pictures(const char *folder) {
     snprintf(path, sizeof path, "%s/picture/grey.exr", folder);
     done = done && brume_exr_write(NULL, path, 0, 0, WIDTH, HEIGHT, WIDTH, HEIGHT, &grey, 1, NULL, 0) == BRUME_OK;
     snprintf(path, sizeof path, "%s/picture/rgb.png", folder);
-    return done && brume_png_write(NULL, path, WIDTH, HEIGHT, rgb, 0, "a comment") == BRUME_OK;
+    return done && brume_png_write(NULL, path, WIDTH, HEIGHT, rgb, 0, BRUME_TONEMAP_NONE, "a comment") == BRUME_OK;
 }
 
 static int write_checkpoint(const char *folder) {
