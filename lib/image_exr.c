@@ -1,4 +1,5 @@
 /* image_exr.c -- writing OpenEXR: one part of scanlines, ZIP, through OpenEXRCore's C interface. */
+#include <errno.h>
 #include <limits.h>
 #include <math.h>
 #include <stdlib.h>
@@ -192,6 +193,7 @@ brume_result brume_exr_write(brume_context *context, const char *path, uint32_t 
     brume_exr_listener = &s.errors;
     start.write_fn = write_bytes;
     int part = 0;
+    errno = 0; /* which allocations that fail set: compression calls that corrupt data */
     exr_result_t code = exr_start_write(&exr, path, EXR_WRITE_FILE_DIRECTLY, &start);
     if (code == EXR_ERR_SUCCESS) {
         code = exr_add_part(exr, NULL, EXR_STORAGE_SCANLINE, &part);
@@ -199,6 +201,8 @@ brume_result brume_exr_write(brume_context *context, const char *path, uint32_t 
             code = write_header(exr, part, &p, attributes, attribute_count);
         if (code == EXR_ERR_SUCCESS)
             code = write_lines(exr, part, &p, ZIP_LINES, block);
+        if (code != EXR_ERR_SUCCESS && errno == ENOMEM)
+            code = EXR_ERR_OUT_OF_MEMORY;
         exr_result_t finished = exr_finish(&exr);
         code = code == EXR_ERR_SUCCESS ? finished : code;
     }
