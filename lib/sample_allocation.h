@@ -7,8 +7,8 @@
  * are known: too little for tests to see.
  *
  * Counts are powers of two, where Sobol' points are at their best; which of the two next to it a pixel gets is decided
- * by a hash of its place, so that totals come out finely graded. Pixels that have as many to come are rendered together,
- * wherever they lie, so that each may have a count of its own: an edge is a pixel wide.
+ * by a hash of its place, so that totals come out finely graded. Pixels that have as many to come are rendered
+ * together, wherever they lie, so that each may have a count of its own: an edge is a pixel wide.
  */
 #ifndef BRUME_SAMPLE_ALLOCATION_H
 #define BRUME_SAMPLE_ALLOCATION_H
