@@ -17,7 +17,7 @@ version_date := 2026-11-30
 # The help of every command, which manual page and completions are made from. A program for another machine needs
 # RUN=qemu-aarch64 or the like.
 $(build)/help.txt: $(build)/render-cli
-	for command in '' $$($(RUN) $< --help | sed -n 's/^  render-cli \([a-z]*\) SCENE.*/\1/p'); do \
+	for command in '' $$($(RUN) $< --help | sed -n 's/^  render-cli \([a-z]*\) [SF].*/\1/p'); do \
 	    $(RUN) $< $$command --help || exit 1; \
 	done > $@.tmp && mv $@.tmp $@
 
