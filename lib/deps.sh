@@ -16,6 +16,7 @@ opencl-headers          CL/cl.h
 pocl-opencl-icd         OpenCL on the CPU, where there is no GPU
 libopenexr-dev          EXR pictures (OpenEXRCore)
 libstb-dev              PNG pictures
+zlib1g-dev              their compression
 libtinyobjloader-dev    OBJ meshes
 libexpat1-dev           scene files
 libcmocka-dev           tests

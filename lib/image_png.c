@@ -4,6 +4,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include <zlib.h>
+
 #include "image.h"
 #include "image_stb.h"
 #include "output.h"
@@ -37,17 +39,6 @@ static void big_endian(uint32_t value, unsigned char out[4]) {
         out[i] = (unsigned char)(value >> (24 - 8 * i));
 }
 
-/* ISO 3309, as PNG wants it; bit by bit is fast enough for a line of text. */
-static uint32_t crc32_of(const unsigned char *bytes, size_t count) {
-    uint32_t crc = 0xffffffffu;
-    for (size_t i = 0; i < count; i++) {
-        crc ^= bytes[i];
-        for (int bit = 0; bit < 8; bit++)
-            crc = crc & 1 ? 0xedb88320u ^ (crc >> 1) : crc >> 1;
-    }
-    return ~crc;
-}
-
 static void append_comment(png_stream *stream) {
     static const char keyword[] = "tEXtComment"; /* its NUL separates keyword and text */
     size_t length = strlen(stream->comment), content = sizeof keyword + length;
@@ -59,7 +50,7 @@ static void append_comment(png_stream *stream) {
     big_endian((uint32_t)(content - 4), chunk);
     memcpy(chunk + 4, keyword, sizeof keyword);
     memcpy(chunk + 4 + sizeof keyword, stream->comment, length);
-    big_endian(crc32_of(chunk + 4, content), chunk + 4 + content);
+    big_endian((uint32_t)crc32(0, chunk + 4, (uInt)content), chunk + 4 + content);
     brume_output_append(stream->output, chunk, content + 8);
     free(chunk);
 }

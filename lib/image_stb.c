@@ -4,6 +4,11 @@
 #include "image_stb.h"
 
 #include <limits.h>
+#include <stdlib.h>
+
+#include <zlib.h>
+
+#include "platform.h"
 
 /* For the whole file: unused static functions are reported at its end. */
 #if defined(__GNUC__)
@@ -24,6 +29,27 @@
 #define STBI_NO_GIF
 #define STBI_NO_PIC
 #include <stb/stb_image.h>
+/* What stb packs: its own deflate crashes where memory runs out, and packs less. Where memory runs out later, stb forgets
+ * what it holds: so it is the lock's holder who frees it. */
+static brume_lock packing = BRUME_LOCK_INIT;
+static unsigned char *packed;
+
+static unsigned char *pack(const unsigned char *bytes, int count, int *out_count) {
+    uLongf size = compressBound((uLong)count);
+    packed = size <= INT_MAX ? malloc(size) : NULL;
+    if (!packed || compress2(packed, &size, bytes, (uLong)count, Z_DEFAULT_COMPRESSION) != Z_OK) return NULL;
+    *out_count = (int)size;
+    return packed;
+}
+
+static void release(void *memory) {
+    if (memory != packed) free(memory);
+}
+
+#define STBIW_ZLIB_COMPRESS(bytes, count, out_count, quality) pack(bytes, count, out_count)
+#define STBIW_MALLOC(size) malloc(size)
+#define STBIW_REALLOC(memory, size) realloc(memory, size)
+#define STBIW_FREE(memory) release(memory)
 #define STB_IMAGE_WRITE_STATIC
 #define STB_IMAGE_WRITE_IMPLEMENTATION
 #define STBI_WRITE_NO_STDIO
@@ -53,5 +79,10 @@ void *brume_stb_decode(const void *bytes, size_t size, int *out_width, int *out_
 
 int brume_stb_encode_png(void (*write)(void *user, void *bytes, int size), void *user, int width, int height,
                          const unsigned char *rgb) {
-    return stbi_write_png_to_func(write, user, width, height, 3, rgb, 3 * width);
+    brume_lock_exclusive(&packing);
+    int done = stbi_write_png_to_func(write, user, width, height, 3, rgb, 3 * width);
+    free(packed);
+    packed = NULL;
+    brume_unlock_exclusive(&packing);
+    return done;
 }

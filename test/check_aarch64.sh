@@ -28,7 +28,7 @@ if [ ! -f "$folder/unpacked" ]; then
             -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o Debug::NoLocking=true "$@"
     }
     { arm_apt update && arm_apt --no-install-recommends --download-only install libc6-dev libstdc++6 libgcc-12-dev \
-        pocl-opencl-icd ocl-icd-opencl-dev libopenexr-dev libexpat1-dev; } >"$folder/log" 2>&1 ||
+        pocl-opencl-icd ocl-icd-opencl-dev libopenexr-dev libexpat1-dev zlib1g-dev; } >"$folder/log" 2>&1 ||
         { tail "$folder/log"; fail "the packages are not to be had"; }
     for package in "$folder"/cache/archives/*.deb; do
         dpkg-deb -x "$package" "$root" || fail "$package"

@@ -11,7 +11,7 @@ fail() {
     exit 1
 }
 mkdir -p "$folder/include" || exit 1
-for header in CL stb OpenEXR Imath expat.h expat_external.h; do
+for header in CL stb OpenEXR Imath expat.h expat_external.h zlib.h zconf.h; do
     [ -e /usr/include/$header ] || fail "no /usr/include/$header"
     ln -sfn /usr/include/$header "$folder/include/$header"
 done
@@ -29,7 +29,7 @@ programs="$(objects apps) $folder/apps/cli.o"
 
 rm -f "$folder/libbrume.a" "$folder/libapps.a"
 ar rcs "$folder/libbrume.a" $library && ar rcs "$folder/libapps.a" $programs || exit 1
-names=$(nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|ai[A-Z].*\|XML_.*\|brume_mesh_read_obj\)$/\1/p' | sort -u)
+names=$(nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|compress2\|compressBound\|crc32\|XML_.*\|brume_mesh_read_obj\)$/\1/p' | sort -u)
 [ "$(echo "$names" | wc -l)" -gt 40 ] || fail "few functions of other libraries are asked for"
 for name in $names; do echo "int $name(void); int $name(void) { return 0; }"; done >"$folder/stubs.c"
 musl-gcc -static -o "$folder/render-cli" "$folder/apps/cli.o" "$folder/libapps.a" "$folder/libbrume.a" "$folder/stubs.c" \

@@ -18,7 +18,7 @@ enum { SIZE = 12, FLOATS = SIZE * SIZE * 3 };
 const char *const memory_names[MEMORY_WORKS] = {"loading", "rendering"};
 
 static const char *const files[] = {"scene.xml", "part.xml", "tetrahedron.obj", "square.ply", "texture.png", "sky.exr",
-                                    "out.exr"};
+                                    "out.exr", "out.png"};
 enum { FILES = sizeof files / sizeof files[0] };
 
 static char folder[] = "/tmp/brume-memory-XXXXXX";
@@ -119,7 +119,7 @@ static brume_result render(answer *out) {
     if (result == BRUME_OK) result = brume_render_read(made, BRUME_CHANNEL_RADIANCE, out->pixels, FLOATS);
     if (result == BRUME_OK) result = brume_render_read(made, BRUME_CHANNEL_ERROR, out->errors, FLOATS);
     if (result == BRUME_OK) result = brume_render_write(made, paths[6], NULL);
-    /* No PNG: stb_image_write takes the memory that its buffers grow by for granted, and crashes without. */
+    if (result == BRUME_OK) result = brume_render_write(made, paths[7], NULL);
     brume_render_destroy(made);
     return result;
 }
