@@ -333,7 +333,7 @@ typedef struct brume_integrator_desc {
     int32_t rr_depth;        /* Russian roulette from this depth on; 5 */
     uint32_t hide_emitters;  /* camera rays go through emitting surfaces and see no environment; 0 */
     uint32_t ignore_media;   /* surfaces only; 0 */
-    brume_sampler sampler;   /* SOBOL */
+    brume_sampler sampler;   /* SOBOL, and so from scene files, whatever they say */
     uint32_t sample_count;   /* per pixel; 16 */
     uint32_t seed;           /* 0 */
     brume_strategy strategy; /* AUTO */

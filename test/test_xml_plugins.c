@@ -328,7 +328,7 @@ static void test_samplers(void **state) {
                      "<integer name='seed' value='7'/></sampler></sensor>"),
                  types[i]);
         brume_scene *scene = scene_files_good(text);
-        assert_int_equal(scene->integrator.sampler, i ? BRUME_SAMPLER_SOBOL : BRUME_SAMPLER_INDEPENDENT);
+        assert_int_equal(scene->integrator.sampler, BRUME_SAMPLER_SOBOL);
         assert_int_equal(scene->integrator.sample_count, 100);
         assert_int_equal(scene->integrator.seed, 7);
         brume_scene_destroy(scene);
