@@ -5,6 +5,7 @@
  * (5.2.4, all three found by fuzzing). Here nothing is allocated for what the file is too short to hold.
  */
 #include <errno.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -208,6 +209,17 @@ static double read_value(reader *r, value_type type) {
     }
 }
 
+/* ASCII and lists of floats can hold what is no number of things. */
+static double read_whole(reader *r, value_type type, const char *what) {
+    double value = read_value(r, type);
+    if (r->result != BRUME_OK || value == floor(value)) return value;
+    if (r->format == ASCII)
+        fail(r, BRUME_ERROR_SCENE, "line %zu: expected a whole number for %s", r->line, what);
+    else
+        fail(r, BRUME_ERROR_SCENE, "expected a whole number for %s", what);
+    return 0;
+}
+
 /* ---- the elements ---------------------------------------------------------------------------------------------- */
 
 /* Bytes that one of it takes at least: in ASCII a digit and a space for each value. */
@@ -252,13 +264,13 @@ static void add_polygon(reader *r, const uint32_t *corners, size_t count) {
 
 static void read_list(reader *r, const property *p) {
     uint32_t corners[BRUME_POLYGON_CORNERS];
-    double count = read_value(r, p->count);
+    double count = read_whole(r, p->count, "the length of a list");
     int wanted = p->role == ROLE_INDICES;
     if (wanted && !(count >= 0 && count <= BRUME_POLYGON_CORNERS))
         fail(r, BRUME_ERROR_SCENE, "a face has more than %d corners", BRUME_POLYGON_CORNERS);
     if (!(count >= 0)) fail(r, BRUME_ERROR_SCENE, "a list is shorter than nothing");
     for (size_t i = 0; r->result == BRUME_OK && (double)i < count; i++) {
-        double value = read_value(r, p->type);
+        double value = wanted ? read_whole(r, p->type, "a vertex") : read_value(r, p->type);
         if (!wanted || r->result != BRUME_OK) continue;
         if (!(value >= 0 && value < r->mesh->vertex_count)) {
             fail(r, BRUME_ERROR_SCENE, "a face names a vertex that the file doesn't have");

@@ -136,6 +136,14 @@ static void test_wrong_files(void **state) {
          "doesn't have"},
         {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" FACES "end_header\n0 0 0\n3 0 0 1e3\n",
          "doesn't have"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" FACES "end_header\n0 0 0\n3.7 0 0 0 0\n",
+         "line 10: expected a whole number for the length of a list"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\n" FACES "end_header\n0 0 0\n3 0 .5 0\n",
+         "line 10: expected a whole number for a vertex"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element face 1\nproperty list uchar float vertex_indices\n"
+         "end_header\n0 0 0\n3 0 0 0.25\n", "line 10: expected a whole number for a vertex"},
+        {"ply\nformat ascii 1.0\nelement vertex 1\n" XYZ "element notes 1\nproperty list uchar float a\nend_header\n"
+         "0 0 0\n1.5 0 0\n", "line 10: expected a whole number for the length of a list"},
         {"ply\nfrmat ascii 1.0\nend_header\n", "'frmat' is not part of a PLY header"},
         {"{\"asset\":{\"version\":\"2.0\"}}\n", "begins with the line 'ply'"},
     };
