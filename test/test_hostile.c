@@ -1,6 +1,6 @@
 /* test_hostile.c -- files from anywhere: whatever is in them, the readers come back with a result or an error, and
- * write nowhere. The files are those that fuzzing starts from, those that it has found (fuzz/found/), and all of these with
- * bytes changed, dropped, doubled and swapped between them. `make fuzz` goes on from there.
+ * write nowhere. The files are those that fuzzing starts from, those that it has found (fuzz/found/), and all of these
+ * with bytes changed, dropped, doubled and swapped between them. `make fuzz` goes on from there.
  */
 #include <dirent.h>
 #include <setjmp.h>
@@ -41,13 +41,19 @@ static int teardown(void **state) {
     return system(command);
 }
 
+static int is_input(const struct dirent *entry) { return entry->d_name[0] != '.'; }
+
+/* In the order of their names, so that the mutations, which go from file to file, are the same wherever it runs. */
+static int by_name(const struct dirent **a, const struct dirent **b) { return strcmp((*a)->d_name, (*b)->d_name); }
+
 static size_t read_inputs(const char *parent, const char *target, input *out, size_t count) {
     char path[1024];
+    struct dirent **names = NULL;
     snprintf(path, sizeof path, "%s/%s", parent, target);
-    DIR *directory = opendir(path);
-    for (struct dirent *d; directory && count < MOST_FILES && (d = readdir(directory));) {
-        if (d->d_name[0] == '.') continue;
-        snprintf(path, sizeof path, "%s/%s/%s", parent, target, d->d_name);
+    int found = scandir(path, &names, is_input, by_name);
+    for (int i = 0; i < found; i++) {
+        assert_true(count < MOST_FILES);
+        snprintf(path, sizeof path, "%s/%s/%s", parent, target, names[i]->d_name);
         FILE *file = fopen(path, "rb");
         assert_non_null(file);
         input in = {malloc(MOST_BYTES), 0};
@@ -55,8 +61,9 @@ static size_t read_inputs(const char *parent, const char *target, input *out, si
         in.size = fread(in.bytes, 1, MOST_BYTES, file);
         fclose(file);
         out[count++] = in;
+        free(names[i]);
     }
-    if (directory) closedir(directory);
+    free(names);
     return count;
 }
 
