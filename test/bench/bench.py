@@ -8,7 +8,7 @@ Prints tables and writes them to OUT/bench.md, with everything measured in OUT/b
 modes for a moment; with the best it renders 1, 4, 16 ... samples a pixel until `--seconds` are over. Errors are relMSE,
 without the worst 0.1 % of the pixels, against a reference of its own that is kept in BUILD/bench/references; what
 they are relative to comes from brume's reference for everybody, the least noisy. From the times of the others what a
-render costs besides its samples is taken off. Whoever's mean is 2 % off is not timed.
+render costs besides its samples is taken off. Whoever's mean is more than 2 % off is not timed.
 
 Exit status 0: measured; 1: nobody could be compared with; 2: wrong usage.
 """
@@ -72,7 +72,7 @@ def parse():
 
 
 def start_up(renderer, row, build):
-    """Seconds from the start of a process to a picture of one sample, written; the better of two, caches warm."""
+    """Seconds from the start of a process to a picture of one sample, written; the least of three, caches warm."""
     def once(folder):
         start = time.monotonic()
         if renderer.package is None:

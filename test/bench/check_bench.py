@@ -96,10 +96,12 @@ class Times(unittest.TestCase):
         self.assertEqual(judge.time_to(self.points(-1), 1), (0.5, False))
 
     def test_agreement(self):
-        self.assertTrue(judge.agree(1.019, 0, 1, 0))
-        self.assertFalse(judge.agree(1.021, 0, 1, 0))
-        self.assertTrue(judge.agree(1.03, 0.01, 1, 0.01))   # can't be told apart
-        self.assertFalse(judge.agree(1.05, 0.5, 1, 0.5))    # nor here, but that is no excuse
+        for off in (0.981, 1.019):
+            self.assertTrue(judge.agree(off, 1))
+            self.assertTrue(judge.agree(5 * off, 5))
+        for off in (0.979, 1.021):
+            self.assertFalse(judge.agree(off, 1))
+            self.assertFalse(judge.agree(5 * off, 5))
 
 
 class Scenes(unittest.TestCase):

@@ -162,7 +162,7 @@ class Contest:
         for other in self.contenders:
             if other.renderer is ours.renderer or other.failure is not None:
                 continue
-            if not judge.agree(other.mean, other.sigma, ours.mean, ours.sigma):
+            if not judge.agree(other.mean, ours.mean):
                 other.failure = "refused: its mean is %+.1f %% off, one standard error being %.1f %%" % (
                     100 * (other.mean / ours.mean - 1), 100 * other.sigma / ours.mean)
                 self.say("%s: %s" % (other.renderer.name, other.failure))

@@ -42,11 +42,10 @@ def mean_and_sigma(a, b):
         numpy.sqrt((difference ** 2).sum()) / 2 / difference.size)
 
 
-def agree(mean, sigma, other, other_sigma, tolerance=0.02):
-    """Whether two means differ by less than `tolerance`, or can't be told apart by three standard errors; the latter is
-    no excuse where these are larger than the tolerance."""
-    error = 3 * math.hypot(sigma, other_sigma)
-    return abs(mean - other) <= max(tolerance * other, min(error, 2 * tolerance * other))
+def agree(mean, other, tolerance=0.02):
+    """Whether two means differ by at most `tolerance`. That they are too noisy to be told apart is no excuse: a longer
+    reference tells them apart."""
+    return abs(mean - other) <= tolerance * other
 
 
 def time_to(points, target):
