@@ -439,7 +439,8 @@ BRUME_API brume_result brume_scene_effects(const brume_scene *scene, uint32_t wi
                                            brume_effect_report out_reports[BRUME_EFFECT_COUNT]);
 
 /* The parts of the kernels that are built or left out (brume_render_stats.features), by number: "media" and so on; NULL
- * from the first number that has none. */
+ * from the first number that has none. A version of the library may number them otherwise than the one before; the
+ * names stay. */
 BRUME_API const char *brume_feature_name(uint32_t number);
 
 /* ---- render ------------------------------------------------------------------------------------------------------ */
@@ -557,7 +558,8 @@ typedef struct brume_render_stats {
     uint32_t width, height;         /* of the crop: the size of every channel */
     uint32_t full_width, full_height, crop_x, crop_y;
     uint32_t lanes;
-    uint32_t features;              /* what was compiled in; bits as in cl/shared.h */
+    uint32_t features;              /* what was compiled in: 1 << number of brume_feature_name, which may be another one
+                                       in another version */
     uint32_t triangles, quadrics, bvh_nodes, bvh_depth, dropped_triangles;
     uint32_t lights, emitters, media;
     uint32_t first_sample, sample_count; /* the range asked for */
