@@ -275,6 +275,7 @@ void brume_render_destroy(brume_render *render) {
     brume_allocation_free(render->allocation);
     free(render->done);
     free(render->ends);
+    free(render->counts);
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++)
         if (render->buffers[i]) clReleaseMemObject(render->buffers[i]);
     brume_device_destroy(render->device);

@@ -40,6 +40,9 @@ struct brume_render {
     uint32_t pass_groups;     /* that take part in it */
     uint32_t groups_done;     /* of them */
     uint32_t doubtful;        /* and so many more were in a launch that failed: each has run, or has not */
+    uint32_t bad_before;      /* samples dropped before the pass */
+    float *counts;            /* by slot, of the film before the pass, if some were; else NULL: all are samples_done */
+    int counts_unknown;       /* some were, and the pass came from a file with a launch in doubt */
     uint32_t most_groups;     /* in a launch, since larger ones failed for want of resources; 0: any number */
     uint32_t look_at;         /* samples per pixel: the film is to be looked at before it goes on; 0: it is not */
     double work;              /* group-samples done */
@@ -114,9 +117,15 @@ brume_result brume_render_denoise(brume_render *render, brume_denoise kind, floa
 brume_result brume_render_count_bad(brume_render *render);
 
 /* Pixel by pixel, rows from the top. planes: of the film as it is. */
-brume_result brume_render_bad_channel(const brume_render *render, const float *planes, float *out);
+brume_result brume_render_bad_channel(brume_render *render, const float *planes, float *out);
 
 /* ---- render_recover.c: launches that failed ---- */
+
+/* What brume_render_settle compares with, taken before a pass, or in one before its next launch. */
+brume_result brume_render_note_counts(brume_render *render);
+
+/* Samples that the slot of a pixel of the pass under way held before it. */
+double brume_render_count_before(const brume_render *render, size_t slot);
 
 /* After a launch of `groups` groups failed. Whether smaller ones may do, which are tried from now on. */
 int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int code);

@@ -21,41 +21,37 @@ brume_result brume_render_count_bad(brume_render *r) {
     return BRUME_OK;
 }
 
-/* Whether the pixel gets samples in the pass under way. */
-static int takes_part(const brume_render *r, size_t pixel) {
-    return !r->ends || (r->done[pixel] == r->samples_done && r->ends[pixel] > r->done[pixel]);
-}
-
-/* Sets entries of tiles that the pass under way has been through. */
-static void mark_passed(const brume_render *r, unsigned char *passed) {
-    const brume_film_layout *l = &r->layout;
-    size_t lanes = (size_t)l->tile_width * l->tile_height;
-    uint32_t left = r->groups_done;
-    for (uint32_t y = 0; y < l->height; y++)
-        for (uint32_t x = 0; x < l->width; x++)
-            if (takes_part(r, (size_t)y * l->width + x)) passed[brume_film_slot_of(l, x, y) / lanes] = 1;
-    for (uint32_t group = 0; group < l->group_count; group++) {
-        if (passed[group] && left > 0)
-            left--;
-        else
-            passed[group] = 0;
+/* Sets the slots that the pass under way has been through. Of a launch in doubt those that have got samples are
+ * certain, and the others count as still to come. */
+static brume_result mark_passed(brume_render *r, const float *counts, unsigned char *passed) {
+    size_t lanes = brume_film_slot_count(&r->layout) / r->layout.group_count, size;
+    size_t sure = r->groups_done * lanes, end = sure + r->doubtful * lanes;
+    cl_int *schedule = r->ends ? brume_render_make_schedule(r, &size) : NULL;
+    if (r->ends && !schedule)
+        return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
+    for (size_t i = 0; i < end; i++) {
+        if (schedule && schedule[i] < 0) continue;
+        size_t slot = schedule ? (size_t)schedule[i] : i;
+        passed[slot] = i < sure || counts[slot] > brume_render_count_before(r, slot);
     }
+    free(schedule);
+    return BRUME_OK;
 }
 
 /* No counter is needed on the device: it is what the film has of a pixel against what was rendered of it. */
-brume_result brume_render_bad_channel(const brume_render *r, const float *planes, float *out) {
+brume_result brume_render_bad_channel(brume_render *r, const float *planes, float *out) {
     const brume_film_layout *l = &r->layout;
-    size_t slots = brume_film_slot_count(l), lanes = (size_t)l->tile_width * l->tile_height;
-    unsigned char *passed = calloc(l->group_count, 1);
+    size_t slots = brume_film_slot_count(l);
+    const float *counts = planes + FILM_COUNT * slots;
+    unsigned char *passed = calloc(slots, 1);
     if (!passed) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
-    mark_passed(r, passed);
+    brume_result result = r->pass_samples ? mark_passed(r, counts, passed) : BRUME_OK;
     for (uint32_t y = 0; y < l->height; y++)
         for (uint32_t x = 0; x < l->width; x++) {
             size_t i = (size_t)y * l->width + x, slot = brume_film_slot_of(l, x, y);
-            uint32_t samples = r->ends ? r->done[i] : r->samples_done;
-            if (passed[slot / lanes] && takes_part(r, i)) samples += r->pass_samples;
-            out[i] = (float)((double)samples - planes[FILM_COUNT * slots + slot]);
+            uint32_t samples = (r->ends ? r->done[i] : r->samples_done) + (passed[slot] ? r->pass_samples : 0);
+            out[i] = (float)((double)samples - counts[slot]);
         }
     free(passed);
-    return BRUME_OK;
+    return result;
 }

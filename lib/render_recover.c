@@ -2,20 +2,21 @@
  *
  * When a driver reports an error, all of the launch may have run, or nothing, or some of its groups. The film knows: it
  * holds for each pixel how many samples have been added. So what is missing is launched once more, and the film is the
- * one that it would have been.
+ * one that it would have been. Samples that were dropped (cl/path.cl) are missing from these counts: those of before
+ * the pass are known by its pixels' counts then, and of those in the pass there is the number.
  */
 #include <stdlib.h>
 
 #include "render.h"
 
 /* What the film says of a pixel or a work-item. */
-enum { ABSENT = 1, PRESENT = 2, TORN = ABSENT | PRESENT };
+enum { ABSENT = 1, PRESENT = 2, TORN = ABSENT | PRESENT, EITHER = 4 };
 
 typedef struct survey {
     brume_render *r;
     float *count;     /* of samples, by slot */
     cl_int *schedule; /* NULL while all pixels are alike */
-    int any_bad;      /* samples have been dropped, so that counts may be short */
+    double dropped;   /* samples, since the pass began: so much may be missing from a count */
     size_t units;     /* work-items that a tile of the film takes of the program that runs */
 } survey;
 
@@ -27,12 +28,13 @@ static int is_inside(const brume_film_layout *l, size_t slot) {
 
 static int look_at_slot(const survey *s, size_t slot) {
     const brume_render *r = s->r;
-    double before = r->samples_done, after = before + r->pass_samples;
     if (!is_inside(&r->layout, slot)) return 0;
-    if (s->count[slot] <= before) return ABSENT;
-    return s->count[slot] >= after || s->any_bad ? PRESENT : TORN;
+    double added = s->count[slot] - brume_render_count_before(r, slot);
+    if (added <= 0) return s->dropped < r->pass_samples ? ABSENT : EITHER;
+    return added + s->dropped >= r->pass_samples ? PRESENT : TORN;
 }
 
+/* A work-item adds its samples at its end. If all may have been dropped, they may as well be rendered once more. */
 static int look_at_unit(const survey *s, size_t unit) {
     size_t lanes = s->r->program.lanes;
     int state = 0;
@@ -40,7 +42,7 @@ static int look_at_unit(const survey *s, size_t unit) {
         if (s->schedule && s->schedule[i] < 0) continue;
         state |= look_at_slot(s, s->schedule ? (size_t)s->schedule[i] : i);
     }
-    return state;
+    return state == EITHER ? ABSENT : state & TORN;
 }
 
 /* The film after everything that is under way has ended. */
@@ -60,7 +62,7 @@ static brume_result begin_survey(survey *s) {
     if (code == CL_SUCCESS)
         code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "going on after a failure");
-    s->any_bad = bad[BAD_COUNT] != 0;
+    s->dropped = (double)bad[BAD_COUNT] - r->bad_before;
     return BRUME_OK;
 }
 
@@ -98,7 +100,34 @@ int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int c
     return 1;
 }
 
+brume_result brume_render_note_counts(brume_render *r) {
+    brume_context *context = r->device->context;
+    size_t size = brume_film_slot_count(&r->layout) * sizeof *r->counts;
+    cl_uint bad[BAD_SIZE];
+    free(r->counts);
+    r->counts = NULL;
+    cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+    if (code == CL_SUCCESS && bad[BAD_COUNT]) {
+        r->counts = malloc(size);
+        if (!r->counts) return brume_fail(context, BRUME_ERROR_MEMORY, "counting samples: out of memory");
+        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * size, size, r->counts, 0, NULL,
+                                   NULL);
+    }
+    if (code != CL_SUCCESS) return brume_fail_cl(context, code, "counting samples");
+    r->bad_before = bad[BAD_COUNT];
+    r->counts_unknown = bad[BAD_COUNT] && r->doubtful;
+    return BRUME_OK;
+}
+
+double brume_render_count_before(const brume_render *r, size_t slot) {
+    return r->counts ? r->counts[slot] : r->samples_done;
+}
+
 brume_result brume_render_settle(brume_render *render) {
+    if (render->counts_unknown)
+        return brume_fail(render->device->context, BRUME_ERROR_DEVICE,
+                          "after a launch that failed, among samples that came out NaN or infinite, it is unknown which "
+                          "pixels have run: the film can be read, but not continued");
     survey s = {.r = render, .units = render->stats.lanes / render->program.lanes};
     brume_result result = begin_survey(&s);
     if (result == BRUME_OK) result = launch_missing(&s);

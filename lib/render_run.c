@@ -119,7 +119,8 @@ static brume_result begin_pass(brume_render *r) {
     r->pass_samples = size < left ? size : left;
     r->pass_groups = r->layout.group_count;
     r->groups_done = 0;
-    brume_result result = r->ends ? brume_render_write_schedule(r) : BRUME_OK;
+    brume_result result = brume_render_note_counts(r);
+    if (result == BRUME_OK && r->ends) result = brume_render_write_schedule(r);
     if (result != BRUME_OK) r->pass_samples = 0; /* not begun */
     return result;
 }

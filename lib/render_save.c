@@ -370,6 +370,7 @@ brume_result brume_render_load(brume_render *render, const char *path) {
         if (strcmp(c.head.device, here.device) != 0)
             brume_warn(context, "%s was rendered on %s; what follows may differ in the last bits", path, c.head.device);
         if (render->ends && render->pass_samples) result = brume_render_write_schedule(render);
+        if (render->pass_samples && result == BRUME_OK) result = brume_render_note_counts(render);
         if (result == BRUME_OK && wanted != c.head.sample_count)
             result = brume_render_set_sample_count(render, wanted);
     }

@@ -15,6 +15,7 @@
 #include "device_test.h"
 #include "known_answer.h"
 #include "planted.h"
+#include "render.h"
 
 enum { SAMPLES = 8, COUNT = PIXELS * PIXELS };
 
@@ -118,8 +119,10 @@ static void each_pixel_knows_how_many(void **state) {
         brume_scene *scene = fog_and_wall();
         brume_render *render;
         brume_render_stats stats;
-        int calls = 1;
+        int calls = 50;
         must(brume_render_create(device, scene, descs[k], &render));
+        render->launch_groups = 3;
+        render->report_seconds = -1;
         assert_int_equal(brume_render_run(render, k == 2 ? stop_soon : NULL, &calls),
                          k == 2 ? BRUME_CANCELLED : BRUME_OK);
         must(brume_render_get_stats(render, &stats));
@@ -152,6 +155,55 @@ static void each_pixel_knows_how_many(void **state) {
         brume_scene_destroy(scene);
     }
     planted_remove();
+}
+
+/* Stops within an adaptive pass. */
+typedef struct stopper { const brume_render *render; int passes; } stopper;
+
+static int stop_within(void *user, const brume_progress *progress) {
+    stopper *s = user;
+    (void)progress;
+    return s->render->ends && s->render->groups_done > 0 && --s->passes == 0;
+}
+
+/* A schedule packs the pixels that take part, wherever they lie: those that have been through are known by it. */
+static void adaptive_passes_are_cut_short(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    enum { WIDTH = 48, HEIGHT = 30 };
+    static const brume_parameter parameters[] = {{"width", "48"}, {"height", "30"}};
+    static float bad[WIDTH * HEIGHT];
+    brume_render_desc desc = plain(4);
+    brume_scene *scene;
+    brume_render *render;
+    desc.sample_count = 32;
+    desc.adaptive = BRUME_ADAPTIVE_ON;
+    must(brume_scene_load(context, "scenes/ladder/slats.xml", parameters, 2, &scene));
+    planted_bug("path_state.h", start, "    p.radiance = cgrey(((x & I(3)) == I(1)) & (y == I(9)) ? REAL_NAN : R(0));");
+    must(brume_render_create(device, scene, &desc, &render));
+    planted_remove();
+    render->launch_groups = 30;
+    render->report_seconds = -1;
+    int stops = 0;
+    for (;; stops++) {
+        stopper s = {render, 2};
+        brume_result result = brume_render_run(render, stop_within, &s);
+        if (result == BRUME_OK) break;
+        assert_int_equal(result, BRUME_CANCELLED);
+        brume_render_stats stats;
+        double all = 0;
+        must(brume_render_get_stats(render, &stats));
+        must(brume_render_read(render, BRUME_CHANNEL_BAD_SAMPLES, bad, WIDTH * HEIGHT));
+        for (int i = 0; i < WIDTH * HEIGHT; i++) {
+            assert_true(i / WIDTH == 9 && i % 4 == 1 ? bad[i] > 0 : bad[i] == 0);
+            all += bad[i];
+        }
+        assert_true(all == (double)stats.bad_samples);
+    }
+    print_message("%d stops\n", stops);
+    assert_true(stops >= 3);
+    brume_render_destroy(render);
+    brume_scene_destroy(scene);
 }
 
 /* Wherever on its way a path meets a NaN: none is lost in a comparison, to leave a picture that is too dark. */
@@ -236,6 +288,7 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(one_bad_sample_is_dropped_and_known),
         cmocka_unit_test(each_pixel_knows_how_many),
+        cmocka_unit_test(adaptive_passes_are_cut_short),
         cmocka_unit_test(nowhere_is_one_lost),
         cmocka_unit_test(found_by_their_bits),
     };
