@@ -17,10 +17,10 @@ typedef struct prelude {
 } prelude;
 
 typedef char prelude_is_64_bytes[sizeof(prelude) == 64 ? 1 : -1];
-typedef char head_has_no_gaps[sizeof(brume_checkpoint_head) == 584 ? 1 : -1];
+typedef char head_has_no_gaps[sizeof(brume_checkpoint_head) == 600 ? 1 : -1];
 
 static const char magic[8] = {'b', 'r', 'u', 'm', 'e', 's', 'a', 'v'};
-enum { BYTE_ORDER = 0x01020304, VERSION = 1 };
+enum { BYTE_ORDER = 0x01020304, VERSION = 2 };
 
 /* ---- reading ---- */
 
@@ -73,7 +73,7 @@ brume_result brume_checkpoint_read(brume_context *context, const char *path, bru
         free(bytes);
         return result;
     }
-    c.planes = (const float *)(const void *)(bytes + sizeof *h); /* 584 bytes behind what malloc gave */
+    c.planes = (const float *)(const void *)(bytes + sizeof *h); /* 600 bytes behind what malloc gave */
     c.rest = bytes + sizeof *h + planes;
     c.rest_size = (size_t)(first.size - sizeof *h - planes);
     *out = c;

@@ -13,7 +13,7 @@
 /* Members of 4 and 8 bytes without gaps: it is written as it lies in memory. */
 typedef struct brume_checkpoint_head {
     /* What makes two states parts of one picture. */
-    uint8_t scene[SHA256_SIZE];   /* the arrays that the kernels read */
+    uint8_t scene[SHA256_SIZE];   /* the arrays that the kernels read, their unit of light and their origin */
     uint8_t kernels[SHA256_SIZE]; /* their source */
     uint32_t width, height, full_width, full_height, crop_x, crop_y;
     uint32_t precision, recorded, sampler, seed, strategy, positions, indirect, without;
@@ -21,8 +21,10 @@ typedef struct brume_checkpoint_head {
     uint32_t first_sample, sample_count, adaptive, has_time_limit, error_estimate;
     float clamp;           /* among those above */
     double noise_threshold;
+    double time_limit;     /* may be another one, if there is one at all */
 
     /* What a picture needs besides. */
+    double light_unit;     /* the film's, in the scene's */
     float filter_weight;
     uint32_t half, alpha;
     float world_to_camera[16], world_to_ndc[16];
@@ -56,8 +58,8 @@ brume_result brume_checkpoint_read(brume_context *context, const char *path, bru
 void brume_checkpoint_free(brume_checkpoint *checkpoint);
 
 /* Whether `head`, read from `path`, is of the same picture as `wanted`, and of the same render, too, which means the
- * same range of samples. BRUME_ERROR_CHECKPOINT, with what it is that differs, if not. `other` names `wanted` in the
- * message. */
+ * same first sample and goal: how many samples or seconds it may take is compared by nobody here.
+ * BRUME_ERROR_CHECKPOINT, with what it is that differs, if not. `other` names `wanted` in the message. */
 brume_result brume_checkpoint_same_picture(brume_context *context, const char *path, const brume_checkpoint_head *head,
                                            const brume_checkpoint_head *wanted, const char *other);
 brume_result brume_checkpoint_same_render(brume_context *context, const char *path, const brume_checkpoint_head *head,

@@ -1,6 +1,9 @@
 /* film.c -- see film.h. */
 #include "film.h"
 
+#include <float.h>
+#include <math.h>
+
 #include "../cl/shared.h"
 
 brume_film_layout brume_film_layout_make(uint32_t width, uint32_t height, uint32_t lanes) {
@@ -75,5 +78,27 @@ void brume_film_resolve(const brume_film_layout *l, const float *planes, float f
 #undef PARTS
 #undef PLANE
         }
+    }
+}
+
+/* Powers of the unit of light in a channel. */
+static int light_power(brume_channel channel) {
+    switch (channel) {
+    case BRUME_CHANNEL_RADIANCE:
+    case BRUME_CHANNEL_DIRECT:
+    case BRUME_CHANNEL_INDIRECT:
+    case BRUME_CHANNEL_SURFACE:
+    case BRUME_CHANNEL_VOLUME: return 1;
+    case BRUME_CHANNEL_VARIANCE:
+    case BRUME_CHANNEL_ERROR: return 2;
+    default: return 0;
+    }
+}
+
+void brume_film_to_scene_light(double light_unit, brume_channel channel, float *values, size_t count) {
+    double unit = pow(light_unit, light_power(channel));
+    for (size_t i = 0; i < count && unit != 1; i++) {
+        double value = unit * values[i];
+        values[i] = value < FLT_MAX ? (float)value : FLT_MAX;
     }
 }

@@ -28,4 +28,8 @@ size_t brume_film_plane_count(uint32_t recorded);
 void brume_film_resolve(const brume_film_layout *layout, const float *planes, float filter_weight,
                         brume_channel channel, float *out);
 
+/* Values of a channel from the film's unit of light, in the scene's, to the scene's. A variance too large for a float
+ * comes out as the largest. */
+void brume_film_to_scene_light(double light_unit, brume_channel channel, float *values, size_t count);
+
 #endif

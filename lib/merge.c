@@ -282,6 +282,7 @@ brume_result brume_merged_read(brume_merged *m, brume_channel channel, float *ou
         for (size_t i = 0; i < pixels; i++) out[i] = (float)m->rendered[i] - m->planes[FILM_COUNT * pixels + i];
     else
         brume_film_resolve(&m->layout, m->planes, m->head.filter_weight, channel, out);
+    brume_film_to_scene_light(m->head.light_unit, channel, out, count);
     return BRUME_OK;
 }
 

@@ -355,29 +355,6 @@ int brume_channel_is_recorded(uint32_t recorded, brume_channel channel) {
     }
 }
 
-/* Powers of the unit of light in a channel. */
-static int light_power(brume_channel channel) {
-    switch (channel) {
-    case BRUME_CHANNEL_RADIANCE:
-    case BRUME_CHANNEL_DIRECT:
-    case BRUME_CHANNEL_INDIRECT:
-    case BRUME_CHANNEL_SURFACE:
-    case BRUME_CHANNEL_VOLUME: return 1;
-    case BRUME_CHANNEL_VARIANCE:
-    case BRUME_CHANNEL_ERROR: return 2;
-    default: return 0;
-    }
-}
-
-/* From the film's unit of light to the scene's. A variance too large for a float comes out as the largest. */
-static void to_scene_light(const brume_render *render, brume_channel channel, float *values, size_t count) {
-    double unit = pow(render->light_unit, light_power(channel));
-    for (size_t i = 0; i < count && unit != 1; i++) {
-        double value = unit * values[i];
-        values[i] = value < FLT_MAX ? (float)value : FLT_MAX;
-    }
-}
-
 brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count) {
     if (!render) return BRUME_ERROR_ARGUMENT;
     brume_context *context = render->device->context;
@@ -404,7 +381,7 @@ brume_result brume_render_read(brume_render *render, brume_channel channel, floa
         if (channel == BRUME_CHANNEL_ERROR) channel = BRUME_CHANNEL_VARIANCE; /* all there is */
         brume_film_resolve(&render->layout, data, render->params.filter_weight, channel, out);
     }
-    if (result == BRUME_OK) to_scene_light(render, channel, out, count);
+    if (result == BRUME_OK) brume_film_to_scene_light(render->light_unit, channel, out, count);
     free(data);
     free(counts);
     return result;

@@ -178,15 +178,16 @@ static brume_result run_launch(brume_render *r, const run *now) {
 }
 
 static brume_result run_step(brume_render *r, const run *now) {
-    if (r->needs_pilot && r->pilot_done < r->layout.group_count) {
-        if (r->desc.time_limit > 0 && r->create_seconds + spent(r, now) >= r->desc.time_limit) r->finished = 1;
-        return r->finished ? BRUME_OK : run_pilot(r);
-    }
     if (r->doubtful) {
         BRUME_TRY(brume_render_settle(r));
         return !r->doubtful && r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
     }
     if (r->look_at) return look(r);
+    if (r->desc.time_limit > 0 && r->create_seconds + spent(r, now) >= r->desc.time_limit) {
+        r->finished = 1;
+        return BRUME_OK;
+    }
+    if (r->needs_pilot && r->pilot_done < r->layout.group_count) return run_pilot(r);
     if (r->pass_samples > 0) return run_launch(r, now);
     brume_result result = BRUME_OK;
     if (r->samples_done >= r->stage_end) result = brume_goal_next_stage(r, spent(r, now));

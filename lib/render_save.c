@@ -9,7 +9,7 @@
 
 /* ---- what identifies it ---- */
 
-/* Of the scene as the device has it: what is not in there makes no difference. */
+/* Of the scene as the device has it, and what its numbers mean: what is not in there makes no difference. */
 static brume_result hash_scene(brume_render *r) {
     enum { PIECE = 1 << 20 };
     brume_sha256_state sum;
@@ -17,6 +17,8 @@ static brume_result hash_scene(brume_render *r) {
     cl_int code = CL_SUCCESS;
     if (!piece) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "hashing the scene: out of memory");
     brume_sha256_start(&sum);
+    brume_sha256_add(&sum, &r->light_unit, sizeof r->light_unit);
+    brume_sha256_add(&sum, r->origin, sizeof r->origin);
     for (int i = 0; i < BRUME_SCENE_BUFFERS && code == CL_SUCCESS; i++) {
         size_t size = 0;
         code = clGetMemObjectInfo(r->buffers[i], CL_MEM_SIZE, sizeof size, &size, NULL);
@@ -74,6 +76,8 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
     out->error_estimate = r->desc.error_estimate != 0;
     out->clamp = r->params.clamp;
     out->noise_threshold = r->desc.noise_threshold;
+    out->time_limit = r->desc.time_limit;
+    out->light_unit = r->light_unit;
     out->filter_weight = r->params.filter_weight;
     out->half = r->film.half;
     out->alpha = r->film.alpha;
@@ -309,7 +313,8 @@ static brume_result upload_film(brume_render *r, const brume_checkpoint *c) {
     return upload_planes(r, film_of(r), (const uint8_t *)c->planes);
 }
 
-/* The state becomes the render's. A pilot that was in the middle begins anew if its groups are other ones. */
+/* The state becomes the render's. A pilot that was in the middle begins anew if its groups are other ones. What had all
+ * of its time goes on if it is given more: the run finds out if another goal was reached. */
 static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s) {
     brume_error_estimate_free(&r->estimate);
     brume_allocation_free(r->allocation);
@@ -333,7 +338,7 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s)
     r->stage_work = h->stage_work;
     r->stage_seconds = h->stage_seconds;
     r->rate = h->rate;
-    r->finished = (int)h->finished;
+    r->finished = h->finished && r->desc.time_limit <= h->time_limit;
     r->looked = (int)h->looked;
     r->error = (brume_error_result){.known = (int)h->error_known,
                                     .relmse = h->relmse,
@@ -342,7 +347,7 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s)
                                     .order = h->order};
     memset(&r->prediction, 0, sizeof r->prediction);
     r->stats.adaptive = h->has_counts;
-    r->stats.complete = h->finished;
+    r->stats.complete = (uint32_t)r->finished;
     r->stats.render_seconds = h->render_seconds;
     r->stats.pilot_seconds = h->pilot_seconds;
     r->stats.bad_samples = h->bad[BAD_COUNT];

@@ -266,11 +266,103 @@ static void parts_of_two_widths(void **state) {
     brume_scene_destroy(scene);
 }
 
+/* A beam whose lamp is so strong or so weak that light has a unit of its own on the device, or that is so far away that
+ * places have an origin of their own. */
+static brume_scene *beam_of(double power, double away) {
+    static const char xml[] =
+        "<scene version='3.0.0'><default name='power' value='1'/><default name='away' value='0'/>"
+        "<integrator type='volpath'/>"
+        "<medium type='homogeneous' id='fog'><float name='sigma_t' value='0.2'/></medium><sensor type='perspective'>"
+        "<transform name='to_world'><lookat origin='0,1,5' target='0,1,0' up='0,1,0'/><translate x='$away'/>"
+        "</transform><ref id='fog'/><film type='hdrfilm'><integer name='width' value='48'/><integer name='height' value='30'/>"
+        "</film></sensor><emitter type='spot'><transform name='to_world'>"
+        "<lookat origin='-2,3,1' target='0,1,0' up='0,1,0'/><translate x='$away'/></transform>"
+        "<rgb name='intensity' value='$power'/></emitter></scene>";
+    char texts[2][32];
+    const brume_parameter parameters[] = {{"power", texts[0]}, {"away", texts[1]}};
+    brume_scene *scene;
+    snprintf(texts[0], sizeof texts[0], "%.17g", power);
+    snprintf(texts[1], sizeof texts[1], "%.17g", away);
+    write_whole(path_of("beam.xml"), xml, strlen(xml));
+    must(brume_scene_load(context, path_of("beam.xml"), parameters, 2, &scene));
+    return scene;
+}
+
+/* The channels come out in the scene's unit of light. */
+static void light_has_a_unit(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static const double powers[] = {60, 6e7, 6e-7};
+    static float one[3 * COUNT], added[3 * COUNT];
+    char a[128], b[128];
+    snprintf(a, sizeof a, "%s", path_of("a"));
+    snprintf(b, sizeof b, "%s", path_of("b"));
+    const char *both[] = {a, b};
+    brume_render_desc desc = checkpoint_desc();
+    for (int i = 0; i < 3; i++) {
+        brume_scene *scene = beam_of(powers[i], 0);
+        brume_merged *merged;
+        save_part(scene, desc, 0, 8, 0, a);
+        save_part(scene, desc, 8, 16, 0, b);
+        must(brume_merge(context, both, 2, NULL, &merged));
+        desc.sample_count = 16;
+        brume_render *render = create(scene, &desc);
+        must(brume_render_run(render, NULL, NULL));
+        must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, one, 3 * COUNT));
+        read_merged(merged, BRUME_CHANNEL_RADIANCE, 3, added);
+        double sum = 0;
+        for (int k = 0; k < 3 * COUNT; k++) {
+            assert_true(ulps(one[k], added[k]) <= 1);
+            sum += one[k];
+        }
+        assert_true(sum > 1e-5 * powers[i] * 3 * COUNT);
+        must(brume_render_read(render, BRUME_CHANNEL_VARIANCE, one, 3 * COUNT));
+        read_merged(merged, BRUME_CHANNEL_VARIANCE, 3, added);
+        double variances[2] = {0, 0};
+        for (int k = 0; k < 3 * COUNT; k++) {
+            variances[0] += one[k];
+            variances[1] += added[k];
+        }
+        assert_true(variances[0] > 0 && fabs(variances[1] / variances[0] - 1) < 1e-4);
+        brume_render_destroy(render);
+        brume_merged_destroy(merged);
+        brume_scene_destroy(scene);
+    }
+}
+
+/* Parts whose arrays are the same, but in units of light or from origins that are not, don't add up, and don't go on. */
+static void the_same_numbers_of_other_scenes(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static const double scenes[][2][2] = {{{0x1p25, 0}, {0x1p26, 0}}, {{60, 0x1p20}, {60, 0x1p21}}};
+    char a[128], b[128];
+    snprintf(a, sizeof a, "%s", path_of("a"));
+    snprintf(b, sizeof b, "%s", path_of("b"));
+    const char *both[] = {a, b};
+    for (int i = 0; i < 2; i++) {
+        brume_render_desc desc = checkpoint_desc();
+        brume_scene *one = beam_of(scenes[i][0][0], scenes[i][0][1]);
+        brume_scene *other = beam_of(scenes[i][1][0], scenes[i][1][1]);
+        save_part(one, desc, 0, 8, 0, a);
+        save_part(other, desc, 8, 16, 0, b);
+        expect_refused(both, 2, NULL, "its scene is another one");
+        desc.sample_count = 16;
+        brume_render *render = create(other, &desc);
+        assert_int_equal(brume_render_load(render, a), BRUME_ERROR_CHECKPOINT);
+        assert_non_null(strstr(brume_context_message(context), "its scene is another one"));
+        brume_render_destroy(render);
+        brume_scene_destroy(one);
+        brume_scene_destroy(other);
+    }
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(parts_are_the_whole),
         cmocka_unit_test(what_does_not_add_up),
         cmocka_unit_test(parts_of_two_widths),
+        cmocka_unit_test(light_has_a_unit),
+        cmocka_unit_test(the_same_numbers_of_other_scenes),
     };
     return cmocka_run_group_tests(tests, open_checkpoints, close_checkpoints);
 }
