@@ -129,15 +129,15 @@ static void fill_stats(brume_render *render, const brume_arrays *a) {
     s->bvh_seconds = a->bvh_seconds;
 }
 
-/* Rigid: the inverse of the camera's axes. */
-static void camera_matrix(const b_params *p, float out[16]) {
+/* Rigid: the inverse of the camera's axes, in the scene's coordinates. */
+static void camera_matrix(const b_params *p, const double origin[3], float out[16]) {
     const float *axes[3] = {p->camera_x, p->camera_y, p->camera_z};
     memset(out, 0, 16 * sizeof *out);
     for (int row = 0; row < 3; row++) {
         double shift = 0;
         for (int c = 0; c < 3; c++) {
             out[4 * row + c] = axes[row][c];
-            shift -= (double)axes[row][c] * p->camera_o[c];
+            shift -= axes[row][c] * (origin[c] + p->camera_o[c]);
         }
         out[4 * row + 3] = (float)shift;
     }
@@ -220,7 +220,7 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
     render->layout = brume_film_layout_make((uint32_t)arrays.params.crop_width, (uint32_t)arrays.params.crop_height,
                                             render->stats.lanes);
     fill_stats(render, &arrays);
-    camera_matrix(&arrays.params, render->world_to_camera);
+    camera_matrix(&arrays.params, render->origin, render->world_to_camera);
 
     /* Tiles and pixels are counted in 32 bits. */
     if ((uint64_t)render->layout.width * render->layout.height > INT32_MAX) {

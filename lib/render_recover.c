@@ -126,8 +126,8 @@ double brume_render_count_before(const brume_render *r, size_t slot) {
 brume_result brume_render_settle(brume_render *render) {
     if (render->counts_unknown)
         return brume_fail(render->device->context, BRUME_ERROR_DEVICE,
-                          "after a launch that failed, among samples that came out NaN or infinite, it is unknown which "
-                          "pixels have run: the film can be read, but not continued");
+                          "after a launch that failed, among samples that came out NaN or infinite, it is unknown "
+                          "which pixels have run: the film can be read, but not continued");
     survey s = {.r = render, .units = render->stats.lanes / render->program.lanes};
     brume_result result = begin_survey(&s);
     if (result == BRUME_OK) result = launch_missing(&s);
