@@ -4,7 +4,7 @@
 # make meshes        build/meshes/: what scenes/ refers to, grown by apps/make-bunny.c and apps/make-forest.c
 # make test          every test; ends with "N passed, N failed, N skipped"
 # make trust         every OpenCL call with every error, every allocation, hostile files: how many, how many were lost
-# make fuzz          the readers of files by libFuzzer, a minute each; SECONDS=600
+# make fuzz          the readers of files by libFuzzer, a minute each; SECONDS=600; RUNS=20000: as many, always the same
 # make stability     what must hold at the extremes: case, reference, tolerance, worst error, where
 # make exhaustive    test/exhaustive.md: the kernels' functions over every float there is, in half an hour;
 #                    ARGS="lexp llog": only these
@@ -224,12 +224,12 @@ trust: $(build)/test/measure_cl_faults $(build)/test/measure_memory
 	@sh test/trust.sh "$(build)/test/measure_cl_faults $(ARGS)" $(build)/test/measure_memory \
 	    "$(MAKE) -s fuzz SECONDS=20"
 
-# SECONDS=600: for each reader
+# SECONDS=600, or RUNS=20000: for each reader
 SECONDS ?= 60
 fuzz:
 	@sh lib/deps.sh libclang-rt-$$(clang -dumpversion | cut -d. -f1)-dev >&2
 	@$(MAKE) -s config=fuzz CC=clang fuzzers >&2
-	@sh test/fuzz/fuzz.sh build/fuzz-clang $(SECONDS)
+	@sh test/fuzz/fuzz.sh build/fuzz-clang $(SECONDS) $(RUNS)
 
 fuzzers := $(patsubst %,$(build)/test/fuzz/fuzz_%,scene obj ply picture checkpoint)
 fuzzers: $(fuzzers)

@@ -5,6 +5,7 @@
 
 #include <limits.h>
 #include <stdlib.h>
+#include <string.h>
 
 #include <zlib.h>
 
@@ -29,8 +30,9 @@
 #define STBI_NO_GIF
 #define STBI_NO_PIC
 #include <stb/stb_image.h>
-/* What stb packs: its own deflate crashes where memory runs out, and packs less. Where memory runs out later, stb forgets
- * what it holds: so it is the lock's holder who frees it. */
+
+/* What stb packs: its own deflate crashes where memory runs out, and packs less. Where memory runs out later, stb
+ * forgets what it holds: so it is the lock's holder who frees it. */
 static brume_lock packing = BRUME_LOCK_INIT;
 static unsigned char *packed;
 
@@ -55,12 +57,29 @@ static void release(void *memory) {
 #define STBI_WRITE_NO_STDIO
 #include <stb/stb_image_write.h>
 
+/* An empty chunk before the first data of a PNG, which the format allows and nobody writes: stb copies it to NULL. */
+static int begins_with_nothing(const unsigned char *bytes, size_t size) {
+    static const unsigned char signature[] = {0x89, 'P', 'N', 'G', '\r', '\n', 0x1a, '\n'};
+    if (size < sizeof signature || memcmp(bytes, signature, sizeof signature) != 0) return 0;
+    for (size_t at = sizeof signature; size - at >= 12;) {
+        const unsigned char *chunk = bytes + at;
+        size_t length = (size_t)chunk[0] << 24 | (size_t)chunk[1] << 16 | (size_t)chunk[2] << 8 | chunk[3];
+        if (memcmp(chunk + 4, "IDAT", 4) == 0) return length == 0;
+        if (length > size - at - 12) return 0;
+        at += 12 + length;
+    }
+    return 0;
+}
+
 void *brume_stb_decode(const void *bytes, size_t size, int *out_width, int *out_height, int *out_bits,
                        const char **out_why) {
     int channels;
     void *texels;
     *out_why = "the file is too large";
     if (size > INT_MAX)
+        return NULL;
+    *out_why = "its data begins with an empty chunk";
+    if (begins_with_nothing(bytes, size))
         return NULL;
     if (stbi_is_hdr_from_memory(bytes, (int)size)) {
         *out_bits = BRUME_STB_FLOAT;
