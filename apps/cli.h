@@ -207,8 +207,18 @@ typedef struct cli_run {
     int exit_code;
 } cli_run;
 
+typedef struct cli_merge_run {
+    const cli_options *options;
+    const brume_render_stats *stats;
+    int exit_code;
+} cli_merge_run;
+
 /* One JSON object on one line. */
 void cli_stats_print(FILE *file, const cli_run *run);
+void cli_stats_print_merge(FILE *file, const cli_merge_run *run);
+/* Has `print` write such a line to where --stats=json goes: `path`, standard output if that is empty, nowhere if NULL.
+ * An exit code; what went wrong is said. */
+int cli_stats_write(const char *path, void (*print)(FILE *file, const void *what), const void *what);
 /* Members ,"effects":[...],"without":[...],"features_built":[...],"features_left_out":[...] of such an object. */
 void cli_stats_effects(FILE *file, const brume_render_stats *stats);
 /* A few lines for -v. */

@@ -1,5 +1,4 @@
 /* render-cli info: what is in a scene, which effects it calls for and why, and what is built for them. */
-#include <errno.h>
 #include <string.h>
 
 #include "cli.h"
@@ -71,15 +70,22 @@ static void print_effects(uint32_t effects, const brume_effect_report *reports, 
     print_names("code left out", ~stats->features, brume_feature_name);
 }
 
-static int write_json(FILE *file, const cli_options *options, const brume_effect_report *reports,
-                      const brume_render_stats *stats)
+typedef struct findings {
+    const cli_options *options;
+    const brume_effect_report *reports;
+    const brume_render_stats *stats;
+} findings;
+
+static void print_json(FILE *file, const void *what)
 {
+    const findings *found = what;
+    const brume_render_stats *stats = found->stats;
     fputs("{\"event\":\"info\",\"scene\":", file);
-    cli_json_string(file, options->scene);
+    cli_json_string(file, found->options->scene);
     cli_stats_effects(file, stats);
     fputs(",\"why\":[", file);
     for (int i = 0, some = 0; i < BRUME_EFFECT_COUNT; i++) {
-        const brume_effect_report *r = &reports[i];
+        const brume_effect_report *r = &found->reports[i];
         if (!r->present)
             continue;
         fprintf(file, "%s{\"effect\":\"%s\",\"object\":\"%s\",\"index\":%u,\"count\":%u,\"id\":", some++ ? "," : "",
@@ -95,7 +101,6 @@ static int write_json(FILE *file, const cli_options *options, const brume_effect
            "\"quadrics\":%u,\"lights\":%u,\"emitters\":%u,\"media\":%u}\n", (unsigned long long)stats->program_bytes,
            stats->build_seconds, (unsigned long long)stats->device_bytes, stats->lanes, stats->triangles,
            stats->quadrics, stats->lights, stats->emitters, stats->media);
-    return fflush(file) == 0 && !ferror(file);
 }
 
 int cli_info(brume_context *context, const cli_options *options, cli_progress *progress)
@@ -121,15 +126,8 @@ int cli_info(brume_context *context, const cli_options *options, cli_progress *p
     }
     cli_progress_finish(progress);
     if (options->stats_path) {
-        FILE *file = *options->stats_path ? fopen(options->stats_path, "w") : stdout;
-        int written = file && write_json(file, options, reports, &stats);
-        if (file && *options->stats_path)
-            written &= fclose(file) == 0;
-        if (!written) {
-            cli_error("%s: could not be written: %s", *options->stats_path ? options->stats_path : "standard output",
-                      strerror(errno));
-            code = CLI_EXIT_OUTPUT;
-        }
+        const findings found = {options, reports, &stats};
+        code = cli_stats_write(options->stats_path, print_json, &found);
         goto cleanup;
     }
     printf("picture        %u x %u pixels of %u x %u\n", stats.width, stats.height, stats.full_width,

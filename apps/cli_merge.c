@@ -1,29 +1,9 @@
 /* render-cli merge: the parts of one picture, rendered by many, to the picture. Needs no device and no scene. */
-#include <errno.h>
-#include <string.h>
-
 #include "cli.h"
 
-static int write_stats(const cli_options *options, const brume_render_stats *stats, int exit_code)
+static void print_stats(FILE *file, const void *merge)
 {
-    const char *path = options->stats_path;
-    if (!path)
-        return CLI_EXIT_OK;
-    FILE *file = *path ? fopen(path, "w") : stdout;
-    if (file)
-        fprintf(file,
-                "{\"event\":\"stats\",\"version\":\"" BRUME_VERSION "\",\"exit_code\":%d,\"files\":%zu,\"width\":%u,"
-                "\"height\":%u,\"first_sample\":%u,\"sample_count\":%u,\"samples\":%llu,\"bad_samples\":%llu,"
-                "\"complete\":%s,\"seed\":%u,\"render_seconds\":%.6g}\n",
-                exit_code, options->input_count, stats->width, stats->height, stats->first_sample,
-                stats->sample_count, (unsigned long long)stats->samples, (unsigned long long)stats->bad_samples,
-                stats->complete ? "true" : "false", stats->seed, stats->render_seconds);
-    int failed = !file || fflush(file) != 0 || ferror(file);
-    if (file && *path)
-        failed |= fclose(file) != 0;
-    if (failed)
-        cli_error("%s: statistics could not be written: %s", *path ? path : "standard output", strerror(errno));
-    return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
+    cli_stats_print_merge(file, merge);
 }
 
 int cli_merge(brume_context *context, const cli_options *options, cli_progress *progress)
@@ -55,7 +35,8 @@ int cli_merge(brume_context *context, const cli_options *options, cli_progress *
     if (options->verbosity > 0)
         fprintf(stderr, "%zu files, %u x %u pixels, %llu samples, rendered in %.2f s\n", options->input_count,
                 stats.width, stats.height, (unsigned long long)stats.samples, stats.render_seconds);
-    int stats_code = write_stats(options, &stats, code);
+    const cli_merge_run run = {options, &stats, code};
+    int stats_code = cli_stats_write(options->stats_path, print_stats, &run);
     brume_merged_destroy(merged);
     return code ? code : stats_code;
 }

@@ -1,7 +1,4 @@
 /* render-cli render: a scene to pictures. */
-#include <errno.h>
-#include <string.h>
-
 #include "cli.h"
 
 /* What a pixel of a picture takes to be written, an EXR with its layers; measured. */
@@ -50,20 +47,9 @@ static int write_pictures(brume_context *context, brume_render *render, const cl
     return code;
 }
 
-static int write_stats(const cli_run *run)
+static void print_stats(FILE *file, const void *run)
 {
-    const char *path = run->options->stats_path;
-    if (!path)
-        return CLI_EXIT_OK;
-    FILE *file = *path ? fopen(path, "w") : stdout;
-    if (file)
-        cli_stats_print(file, run);
-    int failed = !file || fflush(file) != 0 || ferror(file);
-    if (file && *path)
-        failed |= fclose(file) != 0;
-    if (failed)
-        cli_error("%s: statistics could not be written: %s", *path ? path : "standard output", strerror(errno));
-    return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
+    cli_stats_print(file, run);
 }
 
 /* Who wants to know how far it is. */
@@ -148,7 +134,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     run.exit_code = code;
     if (options->verbosity > 0)
         cli_stats_summary(stderr, &run);
-    int stats_code = write_stats(&run);
+    int stats_code = cli_stats_write(options->stats_path, print_stats, &run);
     if (code == CLI_EXIT_OK)
         code = stats_code;
     if (stats.bad_samples > 0 && options->verbosity >= 0)

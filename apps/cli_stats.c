@@ -1,5 +1,7 @@
 /* Statistics of a run: one JSON object for programs, a few lines for people. */
+#include <errno.h>
 #include <math.h>
+#include <string.h>
 
 #include "cli.h"
 
@@ -168,6 +170,42 @@ void cli_stats_print(FILE *file, const cli_run *run)
     }
     fputc(']', file);
     fputs("}\n", file);
+}
+
+void cli_stats_print_merge(FILE *file, const cli_merge_run *run)
+{
+    const brume_render_stats *stats = run->stats;
+    fputs("{\"event\":\"stats\"", file);
+    member_string(file, "version", BRUME_VERSION);
+    member_count(file, "exit_code", (uint64_t)run->exit_code);
+    member_count(file, "files", run->options->input_count);
+    member_count(file, "width", stats->width);
+    member_count(file, "height", stats->height);
+    member_count(file, "first_sample", stats->first_sample);
+    member_count(file, "sample_count", stats->sample_count);
+    member_count(file, "samples", stats->samples);
+    member_count(file, "bad_samples", stats->bad_samples);
+    fprintf(file, ",\"complete\":%s", stats->complete ? "true" : "false");
+    member_count(file, "seed", stats->seed);
+    member_number(file, "render_seconds", stats->render_seconds);
+    fputs("}\n", file);
+}
+
+int cli_stats_write(const char *path, void (*print)(FILE *file, const void *what), const void *what)
+{
+    if (!path)
+        return CLI_EXIT_OK;
+    FILE *file = *path ? fopen(path, "w") : stdout;
+    if (file)
+        print(file, what);
+    int failed = !file || fflush(file) != 0 || ferror(file), error = errno;
+    if (file && *path && fclose(file) != 0 && !failed) {
+        failed = 1;
+        error = errno;
+    }
+    if (failed)
+        cli_error("%s: statistics could not be written: %s", *path ? path : "standard output", strerror(error));
+    return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
 }
 
 void cli_stats_summary(FILE *file, const cli_run *run)

@@ -202,6 +202,10 @@ static void merging(void **state)
     assert_true(json_valid(result.out));
     assert_int_equal(strtol(json_member(result.out, "samples"), NULL, 10), 24 * COUNT);
     expect_same_file("whole.png", "a.png"); /* 8 bits: what differs by a last bit is the same */
+    if (access("/dev/full", W_OK) == 0) {
+        assert_int_equal(run("merge b a -o a.png --stats=json:/dev/full"), 6);
+        child_expect_error_line(&result, "statistics could not be written");
+    }
     assert_int_equal(run("merge a a -o a.png"), 7);
     child_expect_error_line(&result, "both hold samples 0 to 7");
     assert_int_equal(run("merge b -o a.png"), 7);
