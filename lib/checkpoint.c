@@ -6,7 +6,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "film.h"
+#include "checkpoint_state.h"
 
 typedef struct prelude {
     char magic[8];
@@ -55,7 +55,9 @@ brume_result brume_checkpoint_read(brume_context *context, const char *path, bru
     prelude first;
     uint8_t sum[SHA256_SIZE], *bytes = NULL;
     FILE *file = fopen(path, "rb");
-    if (!file) return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: %s", path, strerror(errno));
+    if (!file)
+        return brume_fail(context, errno == ENOMEM ? BRUME_ERROR_MEMORY : BRUME_ERROR_CHECKPOINT, "%s: %s", path,
+                          strerror(errno));
     brume_result result = read_bytes(context, path, file, &first, &bytes);
     fclose(file);
     if (result != BRUME_OK) return result;
@@ -67,7 +69,7 @@ brume_result brume_checkpoint_read(brume_context *context, const char *path, bru
     uint64_t planes = pixels * brume_film_plane_count(h->recorded) * sizeof(float);
     if (memcmp(sum, first.sum, sizeof sum) != 0)
         result = wrong(context, path, "is damaged: its checksum is wrong");
-    else if (pixels == 0 || pixels > INT32_MAX || first.size - sizeof *h < planes || !memchr(h->device, 0, 128))
+    else if (!brume_checkpoint_head_is_valid(h) || first.size - sizeof *h < planes)
         result = wrong(context, path, "is damaged: its parts don't fit each other");
     if (result != BRUME_OK) {
         free(bytes);

@@ -95,9 +95,7 @@ cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups
 cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units, uint32_t first, uint32_t samples,
                                  cl_uint mode);
 
-/* For a pass of adaptive sampling from samples_done on, malloc'ed, `size` bytes: the slots of the pixels that take part,
- * side by side as they lie in the film, whatever lies between them, so that all lanes have work. In pass_groups groups,
- * the last filled up with -1. NULL: no memory. */
+/* brume_schedule_make for the pass of adaptive sampling from samples_done on, and pass_groups. NULL: no memory. */
 cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
 /* For brume_film_plane_count. */

@@ -1,6 +1,7 @@
 /* render_launch.c -- the launches of a render's kernel, and its film read back. */
 #include <stdlib.h>
 
+#include "checkpoint_state.h"
 #include "render.h"
 
 /* PoCL has other code for grids of 65535 and wider, and would generate it in the middle of the render. */
@@ -40,20 +41,8 @@ cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units
 }
 
 cl_int *brume_render_make_schedule(brume_render *r, size_t *size) {
-    const brume_film_layout *l = &r->layout;
-    size_t slots = brume_film_slot_count(l), lanes = slots / l->group_count, count = 0;
-    cl_int *schedule = calloc(slots, sizeof *schedule);
-    if (!schedule) return NULL;
-    for (uint32_t y = 0; y < l->height; y++)
-        for (uint32_t x = 0; x < l->width; x++) {
-            size_t i = (size_t)y * l->width + x;
-            schedule[brume_film_slot_of(l, x, y)] = r->done[i] == r->samples_done && r->ends[i] > r->done[i];
-        }
-    for (size_t slot = 0; slot < slots; slot++)
-        if (schedule[slot]) schedule[count++] = (cl_int)slot;
-    while (count % lanes) schedule[count++] = -1;
-    r->pass_groups = (uint32_t)(count / lanes);
-    *size = count * sizeof *schedule;
+    cl_int *schedule = brume_schedule_make(&r->layout, r->done, r->ends, r->samples_done, size);
+    if (schedule) r->pass_groups = (uint32_t)(*size / (r->stats.lanes * sizeof *schedule));
     return schedule;
 }
 

@@ -3,7 +3,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-#include "checkpoint.h"
+#include "checkpoint_state.h"
 #include "platform.h"
 #include "render.h"
 
@@ -152,21 +152,19 @@ static brume_result append_planes(const brume_render *r, planes p, brume_checkpo
     return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "reading the film");
 }
 
-/* And back. */
-static brume_result upload_planes(const brume_render *r, planes p, const uint8_t *rows) {
+/* And back, with room for a plane. */
+static cl_int upload_planes(const brume_render *r, planes p, const uint8_t *rows, uint8_t *slots) {
     const brume_film_layout *l = &r->layout;
     size_t size = brume_film_slot_count(l) * p.size;
-    uint8_t *slots = calloc(1, size);
     cl_int code = CL_SUCCESS;
-    if (!slots) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "writing the film: out of memory");
+    memset(slots, 0, size);
     for (uint32_t plane = 0; plane < p.count && code == CL_SUCCESS; plane++) {
         for (uint32_t y = 0; y < l->height; y++)
             for (uint32_t x = 0; x < l->width; x++, rows += p.size)
                 memcpy(slots + brume_film_slot_of(l, x, y) * p.size, rows, p.size);
         code = clEnqueueWriteBuffer(r->device->queue, p.buffer, CL_TRUE, plane * size, size, slots, 0, NULL, NULL);
     }
-    free(slots);
-    return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "writing the film");
+    return code;
 }
 
 /* ---- saving ---- */
@@ -212,77 +210,6 @@ brume_result brume_render_save(brume_render *render, const char *path) {
 
 /* ---- loading ---- */
 
-/* What a file holds behind the planes, in memory of its own. */
-typedef struct state {
-    brume_error_estimate estimate;
-    uint32_t *done, *ends;
-    brume_allocation *allocation;
-} state;
-
-static void free_state(state *s) {
-    brume_error_estimate_free(&s->estimate);
-    brume_allocation_free(s->allocation);
-    free(s->done);
-    free(s->ends);
-    memset(s, 0, sizeof *s);
-}
-
-/* Moves on behind `size` bytes. 0 if they aren't there. */
-static int take(const uint8_t **at, size_t *left, void *out, size_t size) {
-    if (*left < size) return 0;
-    memcpy(out, *at, size);
-    *at += size;
-    *left -= size;
-    return 1;
-}
-
-static int fill_state(const brume_checkpoint *c, state *s) {
-    size_t pixels = (size_t)c->head.width * c->head.height, left = c->rest_size;
-    const uint8_t *at = c->rest;
-    brume_error_estimate *e = &s->estimate;
-    if (c->head.has_plan) {
-        if (left < EVERY_LAMP * pixels) return 0;
-        at += EVERY_LAMP * pixels;
-        left -= EVERY_LAMP * pixels;
-    }
-    if (c->head.error_estimate &&
-        !(take(&at, &left, e->mean, 3 * pixels * sizeof *e->mean) &&
-          take(&at, &left, e->last, 3 * pixels * sizeof *e->last) &&
-          take(&at, &left, e->before, 3 * pixels * sizeof *e->before) &&
-          take(&at, &left, e->level, pixels * sizeof *e->level)))
-        return 0;
-    for (size_t i = 0; c->head.error_estimate && i < pixels; i++)
-        if (e->level[i] >= BRUME_ERROR_LEVELS) return 0;
-    if (c->head.has_counts && !(take(&at, &left, s->done, pixels * sizeof *s->done) &&
-                                take(&at, &left, s->ends, pixels * sizeof *s->ends)))
-        return 0;
-    if (c->head.has_allocation) {
-        s->allocation = brume_allocation_unpack(at, left, c->head.width, c->head.height);
-        return s->allocation != NULL;
-    }
-    return left == 0;
-}
-
-static brume_result make_state(brume_render *r, const char *path, const brume_checkpoint *c, state *s) {
-    brume_context *context = r->device->context;
-    size_t pixels = (size_t)c->head.width * c->head.height;
-    memset(s, 0, sizeof *s);
-    if (c->head.error_estimate)
-        BRUME_TRY(brume_error_estimate_create(context, c->head.width, c->head.height, r->estimate.independent,
-                                              &s->estimate));
-    if (c->head.has_counts) {
-        s->done = malloc(pixels * sizeof *s->done);
-        s->ends = malloc(pixels * sizeof *s->ends);
-        if (!s->done || !s->ends) {
-            free_state(s);
-            return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
-        }
-    }
-    if (fill_state(c, s)) return BRUME_OK;
-    free_state(s);
-    return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is damaged: its parts don't fit each other", path);
-}
-
 /* Whether this render can go on from there, which may have been told to take another number of samples. */
 static brume_result check_progress(brume_render *r, const char *path, const brume_checkpoint_head *h) {
     brume_context *context = r->device->context;
@@ -298,24 +225,32 @@ static brume_result check_progress(brume_render *r, const char *path, const brum
         return brume_fail(context, BRUME_ERROR_CHECKPOINT,
                           "%s: was written in the middle of a pass %u lanes wide, and this render is %u lanes wide",
                           path, h->lanes, r->stats.lanes);
-    if (h->groups_done > h->group_count || h->doubtful > h->group_count - h->groups_done || h->full_width == 0 ||
-        h->pilot_done > h->group_count || h->has_plan != (uint32_t)r->needs_pilot ||
-        h->group_count == 0 || (h->has_counts && !brume_goal_exists(r)))
+    if (h->has_plan != (uint32_t)r->needs_pilot)
         return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is damaged: its parts don't fit each other", path);
     return BRUME_OK;
 }
 
-static brume_result upload_film(brume_render *r, const brume_checkpoint *c) {
+/* Memory is had before; what fails in the middle leaves a film that is neither, so it is the device's failure. */
+static brume_result upload(brume_render *r, const brume_checkpoint *c, const brume_checkpoint_state *s) {
+    uint8_t *slots = malloc(brume_film_slot_count(&r->layout) * sizeof(float));
+    if (!slots) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "writing the film: out of memory");
     cl_int code = clEnqueueWriteBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof c->head.bad, c->head.bad, 0, NULL,
                                        NULL);
-    if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "writing the film");
-    BRUME_TRY(upload_planes(r, plan_of(r), c->rest));
-    return upload_planes(r, film_of(r), (const uint8_t *)c->planes);
+    if (code == CL_SUCCESS) code = upload_planes(r, plan_of(r), c->rest, slots);
+    if (code == CL_SUCCESS) code = upload_planes(r, film_of(r), (const uint8_t *)c->planes, slots);
+    if (code == CL_SUCCESS && s->schedule)
+        code = clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, s->schedule_size, s->schedule, 0, NULL,
+                                    NULL);
+    free(slots);
+    if (code == CL_SUCCESS) return BRUME_OK;
+    brume_fail_cl(r->device->context, code, "writing the film");
+    return BRUME_ERROR_DEVICE;
 }
 
 /* The state becomes the render's. A pilot that was in the middle begins anew if its groups are other ones. What had all
  * of its time goes on if it is given more: the run finds out if another goal was reached. */
-static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s) {
+static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_checkpoint_state *s) {
+    uint32_t pass_groups = h->pass_samples ? s->pass_groups : r->layout.group_count;
     brume_error_estimate_free(&r->estimate);
     brume_allocation_free(r->allocation);
     free(r->done);
@@ -324,13 +259,15 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, state *s)
     r->allocation = s->allocation;
     r->done = s->done;
     r->ends = s->ends;
+    free(s->schedule);
+    memset(s, 0, sizeof *s);
     r->stage_end = h->stage_end;
     r->samples_done = h->samples_done;
     r->pass_samples = h->pass_samples;
     r->groups_done = h->groups_done;
     r->doubtful = h->doubtful;
     r->look_at = h->look_at;
-    r->pass_groups = r->layout.group_count;
+    r->pass_groups = pass_groups;
     r->pilot_done = h->group_count == r->layout.group_count || h->pilot_done == 0 ? h->pilot_done
                     : h->pilot_done == h->group_count                             ? r->layout.group_count
                                                                                   : 0;
@@ -362,24 +299,23 @@ brume_result brume_render_load(brume_render *render, const char *path) {
     if (!path) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_load: NULL path");
     brume_checkpoint_head here;
     brume_checkpoint c;
-    state s = {{0}, NULL, NULL, NULL};
+    brume_checkpoint_state s;
+    memset(&s, 0, sizeof s);
     BRUME_TRY(fill_head(render, &here));
     BRUME_TRY(brume_checkpoint_read(context, path, &c));
     brume_result result = brume_checkpoint_same_render(context, path, &c.head, &here, "this render");
     if (result == BRUME_OK) result = check_progress(render, path, &c.head);
-    if (result == BRUME_OK) result = make_state(render, path, &c, &s);
-    if (result == BRUME_OK && (result = upload_film(render, &c)) == BRUME_OK) {
+    if (result == BRUME_OK)
+        result = brume_checkpoint_state_make(context, path, &c, render->estimate.independent, &s);
+    if (result == BRUME_OK) result = upload(render, &c, &s);
+    if (result == BRUME_OK) {
         uint32_t wanted = render->desc.sample_count;
         take_over(render, &c.head, &s);
-        memset(&s, 0, sizeof s);
         if (strcmp(c.head.device, here.device) != 0)
             brume_warn(context, "%s was rendered on %s; what follows may differ in the last bits", path, c.head.device);
-        if (render->ends && render->pass_samples) result = brume_render_write_schedule(render);
-        if (render->pass_samples && result == BRUME_OK) result = brume_render_note_counts(render);
-        if (result == BRUME_OK && wanted != c.head.sample_count)
-            result = brume_render_set_sample_count(render, wanted);
+        if (wanted != c.head.sample_count) result = brume_render_set_sample_count(render, wanted);
     }
-    free_state(&s);
+    brume_checkpoint_state_free(&s);
     brume_checkpoint_free(&c);
     return result;
 }

@@ -34,10 +34,11 @@ brume_allocation *brume_allocation_create(const brume_error_estimate *e, double 
 void brume_allocation_free(brume_allocation *a);
 
 /* An allocation as bytes, for a checkpoint: brume_allocation_bytes of them. From bytes of another kind, or without
- * memory, comes NULL. */
+ * memory, which *out_no_memory tells apart, comes NULL. */
 size_t brume_allocation_bytes(const brume_allocation *a);
 void brume_allocation_pack(const brume_allocation *a, uint8_t *out);
-brume_allocation *brume_allocation_unpack(const uint8_t *bytes, size_t size, uint32_t width, uint32_t height);
+brume_allocation *brume_allocation_unpack(const uint8_t *bytes, size_t size, uint32_t width, uint32_t height,
+                                          int *out_no_memory);
 
 /* `detail` is how finely it is looked at, in steps: the higher, the more samples. At 0 no pixel gets more than it
  * has. */

@@ -1,8 +1,12 @@
 /* sample_allocation_pack.c -- an allocation as bytes and back: the bins in use at each level, then what each pixel has. */
+#include <math.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "sample_allocation.h"
+
+/* log2 of the samples of a pixel, which the film counts in float. */
+enum { MOST_LEVEL = 24 };
 
 static uint8_t *put(uint8_t *at, const void *bytes, size_t size) {
     memcpy(at, bytes, size);
@@ -42,12 +46,20 @@ static int bins_are_valid(const brume_allocation *a) {
         if (a->bins[level][0] < 0 || a->bins[level][1] < a->bins[level][0] ||
             a->bins[level][1] > BRUME_ALLOCATION_BINS)
             return 0;
-    return a->most >= 0 && a->most < BRUME_ERROR_LEVELS - 1;
+    return a->most >= 0 && a->most <= MOST_LEVEL && isfinite(a->order) && a->order > 0;
 }
 
-brume_allocation *brume_allocation_unpack(const uint8_t *bytes, size_t size, uint32_t width, uint32_t height) {
+static int pixels_are_valid(const brume_allocation *a) {
+    for (size_t i = 0; i < (size_t)a->width * a->height; i++)
+        if (a->bin[i] < 0 || a->bin[i] >= BRUME_ALLOCATION_BINS || a->level[i] > MOST_LEVEL) return 0;
+    return 1;
+}
+
+brume_allocation *brume_allocation_unpack(const uint8_t *bytes, size_t size, uint32_t width, uint32_t height,
+                                          int *out_no_memory) {
     size_t pixels = (size_t)width * height;
     brume_allocation *a = calloc(1, sizeof *a);
+    *out_no_memory = !a;
     int valid = a && size >= sizeof a->most + sizeof a->order + sizeof a->bins;
     if (valid) {
         a->width = width;
@@ -65,11 +77,12 @@ brume_allocation *brume_allocation_unpack(const uint8_t *bytes, size_t size, uin
         a->bin = malloc(pixels * sizeof *a->bin);
         a->level = malloc(pixels * sizeof *a->level);
         valid = a->bin && a->level;
+        *out_no_memory = !valid;
     }
     if (valid) {
         bytes = take(bytes, a->bin, pixels * sizeof *a->bin);
         take(bytes, a->level, pixels * sizeof *a->level);
-        return a;
+        if (pixels_are_valid(a)) return a;
     }
     brume_allocation_free(a);
     return NULL;

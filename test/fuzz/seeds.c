@@ -1,10 +1,11 @@
 /* seeds.c -- what fuzzing starts from: for each target a few small files that are right, or nearly. */
 #include <errno.h>
 #include <stdio.h>
+#include <stdlib.h>
 #include <string.h>
 #include <sys/stat.h>
 
-#include "checkpoint.h"
+#include "checkpoint_state.h"
 #include "image.h"
 #include "targets.h"
 
@@ -89,24 +90,72 @@ static int write_pictures(const char *folder) {
     return done && brume_png_write(NULL, path, WIDTH, HEIGHT, rgb, 0, BRUME_TONEMAP_NONE, "a comment") == BRUME_OK;
 }
 
-static int write_checkpoint(const char *folder) {
-    enum { PIXELS = 6 };
-    static const float planes[10 * PIXELS];
+enum { SAVED_WIDTH = 3, SAVED_HEIGHT = 2, SAVED = SAVED_WIDTH * SAVED_HEIGHT };
+
+static int append_state(brume_checkpoint_writer *writer, brume_error_estimate *e) {
+    uint32_t done[SAVED], ends[SAVED];
+    for (int i = 0; i < SAVED; i++) {
+        e->level[i] = 3;
+        done[i] = 8;
+        ends[i] = i % 2 ? 32 : 8;
+    }
+    for (int i = 0; i < 3 * SAVED; i++) {
+        e->mean[i] = 1;
+        e->last[i] = e->before[i] = 0.01f * (float)(1 + i % 5);
+    }
+    brume_allocation *a = brume_allocation_create(e, 1.5, 1 << 20);
+    uint8_t *bytes = a ? malloc(brume_allocation_bytes(a)) : NULL;
+    if (bytes) {
+        brume_allocation_pack(a, bytes);
+        brume_checkpoint_append(writer, e->mean, 3 * SAVED * sizeof *e->mean);
+        brume_checkpoint_append(writer, e->last, 3 * SAVED * sizeof *e->last);
+        brume_checkpoint_append(writer, e->before, 3 * SAVED * sizeof *e->before);
+        brume_checkpoint_append(writer, e->level, SAVED);
+        brume_checkpoint_append(writer, done, sizeof done);
+        brume_checkpoint_append(writer, ends, sizeof ends);
+        brume_checkpoint_append(writer, bytes, brume_allocation_bytes(a));
+    }
+    int written = bytes != NULL;
+    free(bytes);
+    brume_allocation_free(a);
+    return written;
+}
+
+/* The film alone; or all there is, in the middle of a pass of some pixels, three groups of them. `doubtful`: groups. */
+static int write_checkpoint(const char *folder, const char *name, int adaptive, uint32_t doubtful) {
+    static const float planes[10 * SAVED];
     char path[512];
-    brume_checkpoint_head head;
     brume_checkpoint_writer writer;
+    brume_error_estimate e;
+    brume_checkpoint_head head;
     memset(&head, 0, sizeof head);
-    head.width = head.full_width = 3;
-    head.height = head.full_height = 2;
-    head.group_count = 6;
+    head.width = head.full_width = SAVED_WIDTH;
+    head.height = head.full_height = SAVED_HEIGHT;
+    head.group_count = SAVED;
     head.lanes = 1;
+    head.light_unit = 1;
+    head.sample_count = 64;
+    if (adaptive) {
+        head.adaptive = BRUME_ADAPTIVE_ON;
+        head.error_estimate = head.has_counts = head.has_allocation = 1;
+        head.stage_end = 32;
+        head.samples_done = 8;
+        head.pass_samples = 8;
+        head.groups_done = 1;
+        head.doubtful = doubtful;
+    }
     snprintf(path, sizeof path, "%s/checkpoint", folder);
     if (mkdir(path, 0777) != 0 && errno != EEXIST) return 0;
-    snprintf(path, sizeof path, "%s/checkpoint/small", folder);
+    snprintf(path, sizeof path, "%s/checkpoint/%s", folder, name);
     if (brume_checkpoint_begin(NULL, path, &writer) != BRUME_OK) return 0;
     brume_checkpoint_append(&writer, &head, sizeof head);
     brume_checkpoint_append(&writer, planes, sizeof planes);
-    return brume_checkpoint_end(NULL, &writer, 1) == BRUME_OK;
+    int written = !adaptive;
+    if (adaptive && brume_error_estimate_create(NULL, SAVED_WIDTH, SAVED_HEIGHT, 0, &e) == BRUME_OK) {
+        written = append_state(&writer, &e);
+        brume_error_estimate_free(&e);
+    }
+    return brume_checkpoint_end(NULL, &writer, written) == BRUME_OK && written;
 }
 
 int fuzz_write_seeds(const char *folder) {
@@ -115,5 +164,6 @@ int fuzz_write_seeds(const char *folder) {
         if (!write_seed(folder, texts[i].target, texts[i].name, texts[i].text, strlen(texts[i].text))) return 0;
     return write_seed(folder, "ply", "binary", binary_ply, sizeof binary_ply - 1) &&
            write_seed(folder, "picture", "plain.hdr", hdr, sizeof hdr - 1) && write_pictures(folder) &&
-           write_checkpoint(folder);
+           write_checkpoint(folder, "small", 0, 0) && write_checkpoint(folder, "adaptive", 1, 1) &&
+           write_checkpoint(folder, "too many groups", 1, 3);
 }

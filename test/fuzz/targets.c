@@ -8,7 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "checkpoint.h"
+#include "checkpoint_state.h"
 #include "guard.h"
 #include "image.h"
 #include "mesh.h"
@@ -148,6 +148,32 @@ void fuzz_picture(const uint8_t *bytes, size_t size) {
 
 enum { PRELUDE = 64, SIZE_AT = 16, SUM_AT = 24 };
 
+/* What a state is used for when a render goes on: counts that are shifts, groups of a pass, places in the film. */
+static void read_state(brume_context *context, const char *path, const brume_checkpoint *c) {
+    const brume_checkpoint_head *h = &c->head;
+    brume_checkpoint_state s;
+    brume_result result = brume_checkpoint_state_make(context, path, c, 0, &s);
+    check(context, result);
+    if (result != BRUME_OK) return;
+    brume_film_layout layout = brume_film_layout_make(h->width, h->height, h->lanes);
+    size_t slots = brume_film_slot_count(&layout);
+    if (h->pass_samples && (h->groups_done >= s.pass_groups || h->doubtful > s.pass_groups - h->groups_done)) abort();
+    if (s.schedule_size > slots * sizeof *s.schedule) abort();
+    for (size_t i = 0; i < s.schedule_size / sizeof *s.schedule; i++)
+        if (s.schedule[i] < -1 || (s.schedule[i] >= 0 && (size_t)s.schedule[i] >= slots)) abort();
+    for (size_t i = 0; h->error_estimate && i < (size_t)h->width * h->height; i++)
+        if (1ull << s.estimate.level[i] > 1ull << 24) abort();
+    if (s.allocation) {
+        uint32_t *counts = malloc((size_t)h->width * h->height * sizeof *counts);
+        double samples, relmse;
+        if (!counts) abort();
+        brume_allocation_counts(s.allocation, brume_allocation_for_samples(s.allocation, 64), counts);
+        brume_allocation_predict(s.allocation, brume_allocation_for_error(s.allocation, 1e-3), &samples, &relmse);
+        free(counts);
+    }
+    brume_checkpoint_state_free(&s);
+}
+
 void fuzz_checkpoint(const uint8_t *bytes, size_t size) {
     char path[192];
     uint8_t *file = malloc(size + PRELUDE);
@@ -173,6 +199,7 @@ void fuzz_checkpoint(const uint8_t *bytes, size_t size) {
         volatile uint8_t end = c.rest_size ? c.rest[c.rest_size - 1] : 0;
         (void)last;
         (void)end;
+        read_state(context, path, &c);
         brume_checkpoint_free(&c);
     }
     guard_end();
