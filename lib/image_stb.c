@@ -4,6 +4,7 @@
 #include "image_stb.h"
 
 #include <limits.h>
+#include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
 
@@ -71,6 +72,16 @@ static int begins_with_nothing(const unsigned char *bytes, size_t size) {
     return 0;
 }
 
+/* Pixels that a byte of a file can hold at most: PNG's, 8 of one bit in what deflate packs 1032 times; the other formats
+ * stay far below. Where a file is cut off, stb goes on with zeros. */
+enum { MOST_PIXELS_OF_A_BYTE = 8 * 1032 };
+
+static int holds_less_than_it_says(const unsigned char *bytes, size_t size) {
+    int width, height, channels;
+    return stbi_info_from_memory(bytes, (int)size, &width, &height, &channels) && width > 0 && height > 0 &&
+           (uint64_t)width * (uint64_t)height > (uint64_t)MOST_PIXELS_OF_A_BYTE * size;
+}
+
 void *brume_stb_decode(const void *bytes, size_t size, int *out_width, int *out_height, int *out_bits,
                        const char **out_why) {
     int channels;
@@ -80,6 +91,9 @@ void *brume_stb_decode(const void *bytes, size_t size, int *out_width, int *out_
         return NULL;
     *out_why = "its data begins with an empty chunk";
     if (begins_with_nothing(bytes, size))
+        return NULL;
+    *out_why = "the file is too short for as many pixels as it says";
+    if (holds_less_than_it_says(bytes, size))
         return NULL;
     if (stbi_is_hdr_from_memory(bytes, (int)size)) {
         *out_bits = BRUME_STB_FLOAT;

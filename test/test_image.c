@@ -367,6 +367,9 @@ static void test_unreadable(void **state) {
     put("nothing.png", "\x89PNG\r\n\x1a\n\0\0\0\rIHDR\0\0\0\1\0\0\0\1\10\2\0\0\0\x90\x77\x53\xde"
         "\0\0\0\0IDAT\x35\xaf\6\x1e", 45);
     assert_unreadable("nothing.png", "begins with an empty chunk");
+    /* TGA, 20000 x 10000 pixels, of which there is none */
+    put("short.tga", "\0\0\2\0\0\0\0\0\0\0\0\0\x20\x4e\x10\x27\x18\0", 18);
+    assert_unreadable("short.tga", "too short for as many pixels");
     put("magic.exr", "\x76\x2f\x31\x01", 4);
     assert_unreadable("magic.exr", "");
     /* An EXR cut off anywhere, and with each byte of it damaged in turn: refused or read, but never worse. */
