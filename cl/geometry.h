@@ -24,15 +24,18 @@ typedef struct {
  * extent. */
 FN real exact_mix_of(real a, real b, real c, pair u, pair v) {
     pair sum = pair_add(pair_mul(pair_sum(b, -a), u), pair_mul(pair_sum(c, -a), v));
-    return pair_value(pair_add(pair_of(a), sum));
+    return pair_value_from(a, sum);
 }
 
-FN real exact_mix(real a, real b, real c, real u, real v) { return exact_mix_of(a, b, c, pair_of(u), pair_of(v)); }
+FN real exact_mix(real a, real b, real c, real u, real v) {
+    pair sum = pair_add(pair_scale(pair_sum(b, -a), u), pair_scale(pair_sum(c, -a), v));
+    return pair_value_from(a, sum);
+}
 
 /* a + u e + v f, with one rounding. */
 FN real exact_along(real a, real e, real f, real u, real v) {
-    pair sum = pair_add(pair_mul(pair_of(e), pair_of(u)), pair_mul(pair_of(f), pair_of(v)));
-    return pair_value(pair_add(pair_of(a), sum));
+    pair sum = pair_add(pair_scale(pair_of(e), u), pair_scale(pair_of(f), v));
+    return pair_value_from(a, sum);
 }
 
 FN vec vexact_mix(vec a, vec b, vec c, real u, real v) {

@@ -76,7 +76,9 @@ FN void intersect_block(__global const b_triangle_block *block, const ray *r, re
     wide reach = wmax(fabs(az), wmax(fabs(bz), fabs(cz)));
     wide across = wmax(wmax(fabs(ax), wmax(fabs(bx), fabs(cx))), wmax(fabs(ay), wmax(fabs(by), fabs(cy))));
     wide error = (reach + across) * across * reach * fabs((wide)(r->sz * DISTANCE_ERROR) / det);
-    ulong doubtful = wide_set(inside & ((fabs(t - (wide)r->tmin) <= error) | (fabs(t) < reach * (wide)LARGE_REACH)));
+    wide_mask near_start = (fabs(t - (wide)r->tmin) <= error) | (fabs(t) < reach * (wide)LARGE_REACH);
+    wide_mask missed = (t + error <= (wide)r->tmin) | (t - error > (wide)tmax); /* however refined */
+    ulong doubtful = wide_set(inside & near_start & !missed);
     if (doubtful) {
         lanes_of_wide refined, dets, errors;
         refined.all = t;

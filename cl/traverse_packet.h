@@ -24,9 +24,9 @@ typedef struct {
 } packet_stack;
 
 typedef struct {
-    vec o, inverse;
-    vec from, d;         /* origin and direction, z along the largest component of the direction */
-    real sx, sy, sz;     /* shear */
+    vec o;
+    vec from;                             /* the origin, z along the largest component of the direction */
+    lanes_of_real inverse[3], sx, sy, sz; /* 1 / direction, finite; shear */
     real tmin;
     mask z_is_x, z_is_y; /* which coordinate z is; else z itself */
     int same;            /* all living lanes agree on it: */
@@ -44,7 +44,9 @@ FN void packet_make(packet *p, const rays *all) {
     p->all = all;
     p->o = o;
     p->tmin = all->tmin.all;
-    p->inverse = vmake(R(1) / packet_bounded(d.x), R(1) / packet_bounded(d.y), R(1) / packet_bounded(d.z));
+    p->inverse[0].all = R(1) / packet_bounded(d.x);
+    p->inverse[1].all = R(1) / packet_bounded(d.y);
+    p->inverse[2].all = R(1) / packet_bounded(d.z);
     mask x_over_y = fabs(d.x) > fabs(d.y);
     mask z_is_z = fabs(d.z) > (x_over_y ? fabs(d.x) : fabs(d.y));
     p->z_is_x = x_over_y & !z_is_z;
@@ -52,9 +54,9 @@ FN void packet_make(packet *p, const rays *all) {
     vec turned_x = vmake(d.y, d.z, d.x), turned_y = vmake(d.z, d.x, d.y);
     vec e = vselect(p->z_is_x, turned_x, vselect(p->z_is_y, turned_y, d));
     p->from = vselect(p->z_is_x, vmake(o.y, o.z, o.x), vselect(p->z_is_y, vmake(o.z, o.x, o.y), o));
-    p->sx = e.x / e.z;
-    p->sy = e.y / e.z;
-    p->sz = R(1) / e.z;
+    p->sx.all = e.x / e.z;
+    p->sy.all = e.y / e.z;
+    p->sz.all = R(1) / e.z;
     p->z = !ANY(live & !p->z_is_x) ? 0 : !ANY(live & !p->z_is_y) ? 1 : 2;
     p->same = p->z < 2 || !ANY(live & !z_is_z);
     p->x = p->z == 2 ? 0 : p->z + 1;
@@ -63,9 +65,20 @@ FN void packet_make(packet *p, const rays *all) {
 }
 
 FN const ray *packet_ray(packet *p, int k) {
-    if (!(p->made >> k & 1)) p->one[k] = rays_take(p->all, k);
+    ray *r = &p->one[k];
+    if (p->made >> k & 1) return r;
     p->made |= 1u << k;
-    return &p->one[k];
+    real1 o[3], d[3], inverse[3];
+    for (int a = 0; a < 3; a++) {
+        o[a] = p->all->o[a].one[k];
+        d[a] = p->all->d[a].one[k];
+        inverse[a] = p->inverse[a].one[k];
+    }
+    ray_place(r, o, d, inverse, p->all->tmin.one[k]);
+    r->sx = p->sx.one[k];
+    r->sy = p->sy.one[k];
+    r->sz = p->sz.one[k];
+    return r;
 }
 
 /* The smallest lane. */
@@ -88,9 +101,10 @@ FN real1 least_lane(real x) {
 
 /* Where the active lanes enter one box of a node. */
 FN real packet_enter(__global const b_node *n, int c, const packet *p, real tmax, mask active) {
-    real x0 = (R(n->lo_x[c]) - p->o.x) * p->inverse.x, x1 = (R(n->hi_x[c]) - p->o.x) * p->inverse.x;
-    real y0 = (R(n->lo_y[c]) - p->o.y) * p->inverse.y, y1 = (R(n->hi_y[c]) - p->o.y) * p->inverse.y;
-    real z0 = (R(n->lo_z[c]) - p->o.z) * p->inverse.z, z1 = (R(n->hi_z[c]) - p->o.z) * p->inverse.z;
+    real inverse_x = p->inverse[0].all, inverse_y = p->inverse[1].all, inverse_z = p->inverse[2].all;
+    real x0 = (R(n->lo_x[c]) - p->o.x) * inverse_x, x1 = (R(n->hi_x[c]) - p->o.x) * inverse_x;
+    real y0 = (R(n->lo_y[c]) - p->o.y) * inverse_y, y1 = (R(n->hi_y[c]) - p->o.y) * inverse_y;
+    real z0 = (R(n->lo_z[c]) - p->o.z) * inverse_z, z1 = (R(n->hi_z[c]) - p->o.z) * inverse_z;
     real near = lmax(lmax(lmin(x0, x1), lmin(y0, y1)), lmax(lmin(z0, z1), p->tmin));
     real far = lmin(lmin(lmin(lmax(x0, x1), lmax(y0, y1)), lmax(z0, z1)) * R(WIDEN), tmax);
     near = PACKET_ROUND(near);
@@ -129,7 +143,26 @@ FN vec packet_corner(__global const float *rows, int k, const packet *p) {
         v = vselect(p->z_is_x, vmake(y, z, x), vselect(p->z_is_y, vmake(z, x, y), vmake(x, y, z)));
     }
     v = vsub(v, p->from);
-    return vmake(fma(-p->sx, v.z, v.x), fma(-p->sy, v.z, v.y), v.z);
+    return vmake(fma(-p->sx.all, v.z, v.x), fma(-p->sy.all, v.z, v.y), v.z);
+}
+
+/* refined_within for all lanes at once: rays that leave one large surface meet it again together. */
+CALL real packet_refined(__global const b_triangle_block *block, int k, vec o, real sz, real det, real rough,
+                         real error) {
+    pair a[3], b[3], c[3], volume = pair_of(R(0));
+    for (int i = 0; i < 3; i++) {
+        real from = i == 0 ? -o.x : i == 1 ? -o.y : -o.z;
+        a[i] = pair_sum(R(block->v0[i][k]), from);
+        b[i] = pair_sum(R(block->v1[i][k]), from);
+        c[i] = pair_sum(R(block->v2[i][k]), from);
+    }
+    for (int i = 0; i < 3; i++) {
+        int j = i == 2 ? 0 : i + 1, l = i == 0 ? 2 : i - 1;
+        pair cross = pair_add(pair_mul(b[j], c[l]), pair_neg(pair_mul(b[l], c[j])));
+        volume = pair_add(volume, pair_mul(a[i], cross));
+    }
+    real exact = -pair_value(volume) / det * sz;
+    return lmin(lmax(exact, rough - error), rough + error);
 }
 
 typedef struct { real t, v, w, det; } packet_hits;
@@ -146,24 +179,14 @@ FN mask packet_triangle(__global const b_triangle_block *block, int k, packet *p
     mask inside = active & ((low >= R(0)) | (high <= R(0))) & (det != R(0));
     if (!ANY(inside)) return FALSE_MASK;
 
-    real t = fma(u, a.z, fma(v, b.z, w * c.z)) / det * p->sz;
+    real t = fma(u, a.z, fma(v, b.z, w * c.z)) / det * p->sz.all;
     real reach = lmax(fabs(a.z), lmax(fabs(b.z), fabs(c.z)));
     real across = lmax(lmax(fabs(a.x), lmax(fabs(b.x), fabs(c.x))), lmax(fabs(a.y), lmax(fabs(b.y), fabs(c.y))));
-    real error = (reach + across) * across * reach * fabs(p->sz * R(DISTANCE_ERROR) / det);
-    mask doubtful = inside & ((fabs(t - p->tmin) <= error) | (fabs(t) < reach * R(LARGE_REACH)));
-    if (ANY(doubtful)) {
-        lanes_of_real refined, dets, errors;
-        lanes_of_ireal which;
-        refined.all = t;
-        dets.all = det;
-        errors.all = error;
-        which.all = doubtful;
-        for (int lane = 0; lane < LANES; lane++)
-            if (which.one[lane])
-                refined.one[lane] =
-                    refined_within(block, packet_ray(p, lane), k, dets.one[lane], refined.one[lane], errors.one[lane]);
-        t = refined.all;
-    }
+    real error = (reach + across) * across * reach * fabs(p->sz.all * R(DISTANCE_ERROR) / det);
+    mask near_start = (fabs(t - p->tmin) <= error) | (fabs(t) < reach * R(LARGE_REACH));
+    mask missed = (t + error <= p->tmin) | (t - error > tmax); /* however refined */
+    mask doubtful = inside & near_start & !missed;
+    if (ANY(doubtful)) t = doubtful ? packet_refined(block, k, p->o, p->sz.all, det, t, error) : t;
     real entered = lmax(t, near);
     out->t = entered;
     out->v = v;

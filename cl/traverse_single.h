@@ -54,29 +54,37 @@ typedef struct {
 #endif
 #define ENTRY_CHILD(e) ((int)(uint)(e))
 
-FN ray ray_make(const real1 *o, const real1 *d, real1 tmin) {
-    ray r;
+/* All but the shear; returns the axis of the direction's largest component. */
+FN int ray_place(ray *r, const real1 *o, const real1 *d, const real1 *inverse, real1 tmin) {
     for (int a = 0; a < 3; a++) {
-        r.o[a] = o[a];
-        r.d[a] = d[a];
-        real1 bounded = fabs(d[a]) < TINY_DIRECTION ? copysign(TINY_DIRECTION, d[a]) : d[a];
-        r.inverse[a] = 1 / bounded;
-        r.near_row[a] = 16 * a + (bounded < 0 ? 8 : 0);
-        r.far_row[a] = 16 * a + (bounded < 0 ? 0 : 8);
+        r->o[a] = o[a];
+        r->d[a] = d[a];
+        r->inverse[a] = inverse[a];
+        r->near_row[a] = 16 * a + (inverse[a] < 0 ? 8 : 0);
+        r->far_row[a] = 16 * a + (inverse[a] < 0 ? 0 : 8);
     }
     int z = fabs(d[0]) > fabs(d[1]) ? 0 : 1;
     z = fabs(d[2]) > fabs(d[z]) ? 2 : z;
     int x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
-    r.x = 8 * x;
-    r.y = 8 * y;
-    r.z = 8 * z;
-    r.ox = o[x];
-    r.oy = o[y];
-    r.oz = o[z];
+    r->x = 8 * x;
+    r->y = 8 * y;
+    r->z = 8 * z;
+    r->ox = o[x];
+    r->oy = o[y];
+    r->oz = o[z];
+    r->tmin = tmin;
+    return z;
+}
+
+FN ray ray_make(const real1 *o, const real1 *d, real1 tmin) {
+    ray r;
+    real1 inverse[3];
+    for (int a = 0; a < 3; a++)
+        inverse[a] = 1 / (fabs(d[a]) < TINY_DIRECTION ? copysign(TINY_DIRECTION, d[a]) : d[a]);
+    int z = ray_place(&r, o, d, inverse, tmin), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
     r.sx = d[x] / d[z];
     r.sy = d[y] / d[z];
     r.sz = 1 / d[z];
-    r.tmin = tmin;
     return r;
 }
 
