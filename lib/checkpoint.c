@@ -7,6 +7,7 @@
 #include <string.h>
 
 #include "checkpoint_state.h"
+#include "platform.h"
 
 typedef struct prelude {
     char magic[8];
@@ -37,13 +38,13 @@ static brume_result read_bytes(brume_context *context, const char *path, FILE *f
         return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is a checkpoint of version %u; expected version %u",
                           path, first->version, (unsigned)VERSION);
     /* The length is believed only once the file has it. */
-    long length = fseek(file, 0, SEEK_END) == 0 ? ftell(file) : -1;
-    if (length < 0 || (uint64_t)length != first->size + sizeof *first ||
-        first->size < sizeof(brume_checkpoint_head))
+    uint64_t length;
+    if (brume_file_length(file, &length) != 0 || first->size < sizeof(brume_checkpoint_head) ||
+        length < sizeof *first || length - sizeof *first != first->size || first->size > SIZE_MAX)
         return wrong(context, path, "is damaged: its length is not what it should be");
     uint8_t *bytes = malloc((size_t)first->size);
     if (!bytes) return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
-    if (fseek(file, (long)sizeof *first, SEEK_SET) != 0 || fread(bytes, 1, (size_t)first->size, file) != first->size) {
+    if (fread(bytes, 1, (size_t)first->size, file) != first->size) {
         free(bytes);
         return wrong(context, path, "is damaged: it can't be read to its end");
     }

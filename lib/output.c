@@ -10,14 +10,26 @@
 
 enum { MOST_ATTEMPTS = 100 };
 
+#define OLD_SECONDS 86400.0
+
+/* FNV-1a (Fowler, Noll & Vo) of the host's name: names differ by their numbers, and may be too long for a file's. */
+static uint32_t host_number(void) {
+    char name[256];
+    uint32_t hash = 2166136261u;
+    brume_host_name(name, sizeof name);
+    for (const char *c = name; *c; c++) hash = (hash ^ (unsigned char)*c) * 16777619u;
+    return hash;
+}
+
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out) {
     brume_output output = {.path = path, .descriptor = -1};
-    size_t room = strlen(path) + 48;
+    size_t room = strlen(path) + 64;
     output.temporary = malloc(room);
     if (!output.temporary)
         return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
     for (int i = 0; i < MOST_ATTEMPTS && output.descriptor < 0; i++) {
-        snprintf(output.temporary, room, "%s.%ld-%d.tmp", path, brume_process_number(), i);
+        snprintf(output.temporary, room, "%s.%ld-%08x-%d.tmp", path, brume_process_number(), (unsigned)host_number(),
+                 i);
         output.descriptor = brume_file_create(output.temporary);
         if (output.descriptor < 0 && errno != EEXIST)
             break;
@@ -33,20 +45,23 @@ brume_result brume_output_open(brume_context *context, const char *path, brume_o
 
 typedef struct stale {
     const char *folder, *name; /* "." or with its separator; of the file */
+    uint32_t host;
 } stale;
 
-/* NAME.4711-0.tmp */
+/* NAME.4711-0badcafe-0.tmp */
 static int remove_if_stale(void *user, const brume_folder_entry *entry) {
     const stale *s = user;
-    size_t length = strlen(s->name), digits;
-    const char *at = entry->name;
-    if (strncmp(at, s->name, length) != 0 || at[length] != '.') return 1;
-    at += length + 1;
-    digits = strspn(at, "0123456789");
-    if (digits == 0 || at[digits] != '-') return 1;
-    at += digits + 1;
-    digits = strspn(at, "0123456789");
-    if (digits > 0 && strcmp(at + digits, ".tmp") == 0) brume_folder_remove(s->folder, entry->name);
+    size_t length = strlen(s->name);
+    long process;
+    unsigned host, attempt;
+    char rebuilt[64];
+    if (strncmp(entry->name, s->name, length) != 0) return 1;
+    const char *rest = entry->name + length;
+    if (sscanf(rest, ".%9ld-%8x-%3u.tmp", &process, &host, &attempt) != 3) return 1;
+    snprintf(rebuilt, sizeof rebuilt, ".%ld-%08x-%u.tmp", process, host, attempt);
+    if (strcmp(rebuilt, rest) != 0) return 1;
+    int ended = host == s->host && (process == brume_process_number() || brume_process_is_gone(process));
+    if (ended || entry->age > OLD_SECONDS) brume_folder_remove(s->folder, entry->name);
     return 1;
 }
 
@@ -56,7 +71,7 @@ void brume_output_remove_stale(const char *path) {
     if (!folder) return;
     memcpy(folder, length ? path : ".", room);
     folder[room] = 0;
-    stale s = {folder, path + length};
+    stale s = {folder, path + length, host_number()};
     brume_folder_visit(folder, remove_if_stale, &s);
     free(folder);
 }

@@ -9,6 +9,7 @@
 
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 
 #ifdef _WIN32
 typedef struct brume_lock { void *word; } brume_lock; /* an SRWLOCK */
@@ -81,15 +82,21 @@ int brume_file_create(const char *path);
 /* All bytes at an offset. 0, or errno. */
 int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset);
 /* Waits until the disk has what was written; and, where the system asks for that, the entry of `path` in its folder.
- * 0, or errno. */
+ * 0, or errno; of a folder that may be written to, but not be read, nobody can ask it. */
 int brume_file_sync(int descriptor);
 int brume_file_sync_name(const char *path);
 /* 0, or errno: some file systems report a full disk only here. */
 int brume_file_close(int descriptor);
 /* Renames, over what has that name now. 0, or errno. */
 int brume_file_rename(const char *from, const char *to);
-/* A number that no other process has at this time: for temporary names. */
+/* How many bytes an open file holds, which a long can't tell everywhere. 0, or errno. */
+int brume_file_length(FILE *file, uint64_t *out);
+/* A number that no other process of this host has at this time: for temporary names. And whether the process of that
+ * number has ended. */
 long brume_process_number(void);
+int brume_process_is_gone(long number);
+/* What the network calls this machine; cut off at `size` bytes, with the zero at the end, and empty if it has no name. */
+void brume_host_name(char *out, size_t size);
 
 /* The whole of a file of `least` to `most` bytes, which then counts as used now (brume_folder_visit). malloc'ed. */
 unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t most, size_t *out_size);

@@ -159,14 +159,17 @@ int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t
 
 int brume_file_sync(int descriptor) { return fsync(descriptor) != 0 ? errno : 0; }
 
-/* Some file systems have no way to wait for that. */
+/* Some file systems have no way to wait for that, and some folders (drop boxes) may not be opened. */
 int brume_file_sync_name(const char *path) {
     size_t length = brume_path_folder(path);
     char *folder = join(length ? path : ".", "");
     if (!folder) return ENOMEM;
     folder[length ? length : 1] = 0;
     int error = 0, descriptor = open(folder, O_RDONLY | O_DIRECTORY | O_CLOEXEC);
-    if (descriptor < 0 || (fsync(descriptor) != 0 && errno != EINVAL)) error = errno;
+    if (descriptor < 0)
+        error = errno != EACCES ? errno : 0;
+    else if (fsync(descriptor) != 0 && errno != EINVAL)
+        error = errno;
     if (descriptor >= 0) close(descriptor);
     free(folder);
     return error;
@@ -176,7 +179,21 @@ int brume_file_close(int descriptor) { return close(descriptor) != 0 && errno !=
 
 int brume_file_rename(const char *from, const char *to) { return rename(from, to) != 0 ? errno : 0; }
 
+int brume_file_length(FILE *file, uint64_t *out) {
+    struct stat info;
+    if (fstat(fileno(file), &info) != 0) return errno;
+    *out = (uint64_t)info.st_size;
+    return 0;
+}
+
 long brume_process_number(void) { return (long)getpid(); }
+
+int brume_process_is_gone(long number) { return kill((pid_t)number, 0) != 0 && errno == ESRCH; }
+
+void brume_host_name(char *out, size_t size) {
+    if (gethostname(out, size) != 0) out[0] = 0;
+    out[size - 1] = 0;
+}
 
 unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t most, size_t *out_size) {
     int file = open(path, O_RDONLY | O_CLOEXEC);

@@ -183,7 +183,27 @@ int brume_file_rename(const char *from, const char *to) {
     return MoveFileExA(from, to, MOVEFILE_REPLACE_EXISTING | MOVEFILE_WRITE_THROUGH) ? 0 : error_number();
 }
 
+int brume_file_length(FILE *file, uint64_t *out) {
+    int64_t length = _filelengthi64(_fileno(file));
+    if (length < 0) return errno;
+    *out = (uint64_t)length;
+    return 0;
+}
+
 long brume_process_number(void) { return (long)GetCurrentProcessId(); }
+
+int brume_process_is_gone(long number) {
+    HANDLE process = OpenProcess(SYNCHRONIZE, FALSE, (DWORD)number);
+    if (!process) return GetLastError() == ERROR_INVALID_PARAMETER;
+    int gone = WaitForSingleObject(process, 0) == WAIT_OBJECT_0;
+    CloseHandle(process);
+    return gone;
+}
+
+void brume_host_name(char *out, size_t size) {
+    DWORD length = (DWORD)size;
+    if (!GetComputerNameA(out, &length)) out[0] = 0;
+}
 
 unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t most, size_t *out_size) {
     HANDLE file = CreateFileA(path, GENERIC_READ | FILE_WRITE_ATTRIBUTES,

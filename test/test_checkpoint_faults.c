@@ -24,13 +24,13 @@
 
 typedef enum fault {
     NONE,
-    FAILS, /* the call at `at` reports a full disk */
+    FAILS, /* the call at `at` reports an error */
     ENDS,  /* from the call at `at` on nothing happens any more, as when the process had ended */
     KILLS  /* and it does end */
 } fault;
 
 static struct {
-    int watching, calls, at;
+    int watching, calls, at, error; /* ENOSPC if 0 */
     fault fault;
     char log[128]; /* o, w, f, c, r, O, F, C: open, write, fsync, close, rename; capital: of the folder */
     int folder;    /* its descriptor */
@@ -43,7 +43,7 @@ static int stopped(char letter) {
     if (call < (int)sizeof watch.log - 1) watch.log[call] = letter;
     if (watch.fault == KILLS && call == watch.at) raise(SIGKILL);
     if ((watch.fault == FAILS && call == watch.at) || (watch.fault == ENDS && call >= watch.at)) {
-        errno = ENOSPC;
+        errno = watch.error ? watch.error : ENOSPC;
         return 1;
     }
     return 0;
@@ -85,15 +85,20 @@ int remove(const char *path) {
     return (int)syscall(SYS_unlinkat, AT_FDCWD, path, 0);
 }
 
-static brume_result save_watched(brume_render *render, const char *path, fault f, int at) {
+static brume_result save_failing(brume_render *render, const char *path, fault f, int at, int error) {
     memset(&watch, 0, sizeof watch);
     watch.folder = -1;
     watch.fault = f;
     watch.at = at;
+    watch.error = error;
     watch.watching = 1;
     brume_result result = brume_render_save(render, path);
     watch.watching = 0;
     return result;
+}
+
+static brume_result save_watched(brume_render *render, const char *path, fault f, int at) {
+    return save_failing(render, path, f, at, 0);
 }
 
 /* ---- a render with two states ---- */
@@ -180,6 +185,11 @@ static void whole_old_or_whole_new(void **state) {
         must(brume_render_save(render, path)); /* clears away what that left */
         assert_int_equal(leftovers(), 0);
     }
+    /* A folder that may be written to, and not be read: the file is there, and only when its name is on the disk can't
+     * be known. */
+    write_whole(path, old, old_size);
+    must(save_failing(render, path, FAILS, (int)(1 + writes + 3), EACCES));
+    assert_true(same_bytes(path, new, new_size));
     render->launch_groups = 0;
     finish(render, &later);
     expect_same(&whole, &later);

@@ -237,6 +237,34 @@ static void the_cache_lies_where_the_system_has_it(void **state) {
     free(cache);
 }
 
+/* Longer than a long can tell on some systems; nothing is in it but its last byte. */
+static void a_file_may_be_long(void **state) {
+    (void)state;
+    const uint64_t end = (uint64_t)3 << 30;
+    uint64_t length = 0;
+    int descriptor = brume_file_create(in_folder("long"));
+    assert_true(descriptor >= 0);
+    assert_int_equal(brume_file_write_at(descriptor, "a", 1, end - 1), 0);
+    assert_int_equal(brume_file_close(descriptor), 0);
+    FILE *file = fopen(path, "rb");
+    assert_non_null(file);
+    assert_int_equal(brume_file_length(file, &length), 0);
+    assert_true(length == end && ftell(file) == 0);
+    fclose(file);
+    assert_int_equal(remove(path), 0);
+}
+
+static void this_process_and_host(void **state) {
+    (void)state;
+    char name[256] = "", cut[3] = "ab";
+    assert_false(brume_process_is_gone(brume_process_number()));
+    assert_true(brume_process_is_gone(999999996)); /* more than systems count to, and a multiple of 4 as Windows' are */
+    brume_host_name(name, sizeof name);
+    assert_true(memchr(name, 0, sizeof name) != NULL);
+    brume_host_name(cut, sizeof cut);
+    assert_non_null(memchr(cut, 0, sizeof cut));
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(time_goes_on),
@@ -246,6 +274,8 @@ int main(void) {
         cmocka_unit_test(paths_are_taken_apart),
         cmocka_unit_test(a_file_is_created_once),
         cmocka_unit_test(a_file_is_replaced_whole),
+        cmocka_unit_test(a_file_may_be_long),
+        cmocka_unit_test(this_process_and_host),
         cmocka_unit_test(folders_tell_sizes_and_ages),
         cmocka_unit_test(the_cache_lies_where_the_system_has_it),
     };
