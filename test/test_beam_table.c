@@ -295,6 +295,7 @@ static void wrong_integrals_are_noticed(void **state) {
     static const struct { const char *from, *to; int ordinary; } bugs[] = {
         {"INTEGRAL_POLE R(3.8)", "INTEGRAL_POLE R(2.4)", 1},   /* poles nearer than the rule converges for */
         {"INTEGRAL_END R(2.5)", "INTEGRAL_END R(2.05)", 0},
+        {"INTEGRAL_POLE_4 R(12.3)", "INTEGRAL_POLE_4 R(4)", 1}, /* nor do four nodes */
         {"INTEGRAL_DEPTH R(6)", "INTEGRAL_DEPTH R(60)", 0},
         /* panels between sums of the start and a part of the width: a narrow one has no digits */
         {"R(0.5) * (high - low)", "R(0.5) * ((high + i.x0) - (low + i.x0))", 0},
