@@ -29,24 +29,5 @@ int files_make_folder(const char *path)
 
 int files_write(const char *path, const void *bytes, size_t size)
 {
-    static const char suffix[] = ".tmp";
-    size_t length = strlen(path);
-    char *temporary = malloc(length + sizeof suffix);
-    if (!temporary)
-        return ENOMEM;
-    memcpy(temporary, path, length);
-    memcpy(temporary + length, suffix, sizeof suffix);
-    FILE *file = fopen(temporary, "wb");
-    int error = file ? 0 : errno;
-    if (file) {
-        error = fwrite(bytes, 1, size, file) != size ? errno : platform_sync(file);
-        if (fclose(file) != 0 && !error)
-            error = errno;
-        if (!error)
-            error = brume_file_rename(temporary, path);
-        if (error)
-            remove(temporary);
-    }
-    free(temporary);
-    return error;
+    return brume_file_replace(path, bytes, size, 0);
 }

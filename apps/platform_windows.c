@@ -50,7 +50,7 @@ int platform_probe(const char *path)
         return ENOMEM;
     memcpy(trial, path, folder);
     memcpy(trial + folder, name, sizeof name);
-    int file = _mktemp(trial) ? brume_file_create(trial) : -1, error = file < 0 ? errno : 0;
+    int file = _mktemp(trial) ? brume_file_create(trial, 0) : -1, error = file < 0 ? errno : 0;
     if (file >= 0) {
         _close(file);
         remove(trial);

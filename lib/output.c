@@ -8,37 +8,15 @@
 
 #include "platform.h"
 
-enum { MOST_ATTEMPTS = 100 };
-
 #define OLD_SECONDS 86400.0
-
-/* FNV-1a (Fowler, Noll & Vo) of the host's name: names differ by their numbers, and may be too long for a file's. */
-static uint32_t host_number(void) {
-    char name[256];
-    uint32_t hash = 2166136261u;
-    brume_host_name(name, sizeof name);
-    for (const char *c = name; *c; c++) hash = (hash ^ (unsigned char)*c) * 16777619u;
-    return hash;
-}
 
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out) {
     brume_output output = {.path = path, .descriptor = -1};
-    size_t room = strlen(path) + 64;
-    output.temporary = malloc(room);
-    if (!output.temporary)
+    output.descriptor = brume_file_create_beside(path, 0, &output.temporary);
+    if (output.descriptor < 0 && errno == ENOMEM)
         return brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
-    for (int i = 0; i < MOST_ATTEMPTS && output.descriptor < 0; i++) {
-        snprintf(output.temporary, room, "%s.%ld-%08x-%d.tmp", path, brume_process_number(), (unsigned)host_number(),
-                 i);
-        output.descriptor = brume_file_create(output.temporary);
-        if (output.descriptor < 0 && errno != EEXIST)
-            break;
-    }
-    if (output.descriptor < 0) {
-        int error = errno;
-        free(output.temporary);
-        return brume_fail(context, BRUME_ERROR_OUTPUT, "%s: %s", path, strerror(error));
-    }
+    if (output.descriptor < 0)
+        return brume_fail(context, BRUME_ERROR_OUTPUT, "%s: %s", path, strerror(errno));
     *out = output;
     return BRUME_OK;
 }
@@ -71,7 +49,7 @@ void brume_output_remove_stale(const char *path) {
     if (!folder) return;
     memcpy(folder, length ? path : ".", room);
     folder[room] = 0;
-    stale s = {folder, path + length, host_number()};
+    stale s = {folder, path + length, brume_host_number()};
     brume_folder_visit(folder, remove_if_stale, &s);
     free(folder);
 }

@@ -76,10 +76,10 @@ char *brume_path_user_cache(void);
 
 /* ---- files ----------------------------------------------------------------------------------------------------- */
 
-/* Opens a file for writing that must not exist yet, with the permissions that the user asks for. A descriptor, or < 0:
- * EEXIST if there is one. */
-int brume_file_create(const char *path);
-/* All bytes at an offset. 0, or errno. */
+/* Opens a file for writing that must not exist yet, with the permissions that the user asks for, or with `own` for their
+ * eyes alone. A descriptor, or < 0: EEXIST if there is one. */
+int brume_file_create(const char *path, int own);
+/* All bytes at an offset. 0, or errno: EFBIG beyond what the process may write, never a signal. */
 int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset);
 /* Waits until the disk has what was written; and, where the system asks for that, the entry of `path` in its folder.
  * 0, or errno; of a folder that may be written to, but not be read, nobody can ask it. */
@@ -100,9 +100,15 @@ void brume_host_name(char *out, size_t size);
 
 /* The whole of a file of `least` to `most` bytes, which then counts as used now (brume_folder_visit). malloc'ed. */
 unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t most, size_t *out_size);
-/* Writes a file for the user's eyes alone under a temporary name, `path` with a dot and six characters more, to the disk
- * itself, and then gives it its name: a crash leaves no file or a whole one. Non-zero if it is there. */
-int brume_file_replace(const char *path, const void *bytes, size_t size);
+
+/* In file_replace.c, by the above. A number made of the host's name: */
+uint32_t brume_host_number(void);
+/* A new file beside `path`, PATH.PROCESS-HOST-N.tmp, whatever other processes and threads make there. A descriptor, or
+ * < 0; *out_name is malloc'ed, NULL on failure. */
+int brume_file_create_beside(const char *path, int own, char **out_name);
+/* Writes a file under such a name, to the disk itself, and then gives it its own: a crash leaves no file or a whole one.
+ * 0, or errno. */
+int brume_file_replace(const char *path, const void *bytes, size_t size, int own);
 
 /* ---- folders --------------------------------------------------------------------------------------------------- */
 

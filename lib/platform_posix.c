@@ -140,12 +140,23 @@ char *brume_path_user_cache(void) {
 
 /* ---- files ----------------------------------------------------------------------------------------------------- */
 
-/* O_EXCL and not mkstemp: the file keeps the permissions that the umask asks for. */
-int brume_file_create(const char *path) { return open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0666); }
+/* O_EXCL and not mkstemp: the file gets the permissions that the umask asks for. */
+int brume_file_create(const char *path, int own) {
+    return open(path, O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, own ? 0600 : 0666);
+}
 
-int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset) {
-    const char *from = bytes;
-    if (size > INT64_MAX || offset > INT64_MAX - size) return EFBIG;
+/* A signal that is blocked and pending, taken away. */
+static void take_pending(const sigset_t *signals) {
+#ifdef __APPLE__
+    int number;
+    sigwait(signals, &number);
+#else
+    const struct timespec now = {0, 0};
+    sigtimedwait(signals, NULL, &now);
+#endif
+}
+
+static int write_all(int descriptor, const char *from, size_t size, uint64_t offset) {
     while (size > 0) {
         ssize_t written = pwrite(descriptor, from, size, (off_t)offset);
         if (written < 0 && errno == EINTR) continue;
@@ -155,6 +166,22 @@ int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t
         size -= (size_t)written;
     }
     return 0;
+}
+
+/* A file that may not grow further (RLIMIT_FSIZE) would end the process by a signal: the write is to fail instead. */
+int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset) {
+    sigset_t limit, before, pending;
+    if (size > INT64_MAX || offset > INT64_MAX - size) return EFBIG;
+    sigemptyset(&limit);
+    sigaddset(&limit, SIGXFSZ);
+    int blocked = pthread_sigmask(SIG_BLOCK, &limit, &before);
+    if (blocked != 0) return blocked;
+    int error = write_all(descriptor, bytes, size, offset);
+    if (error == EFBIG && !sigismember(&before, SIGXFSZ) && sigpending(&pending) == 0 &&
+        sigismember(&pending, SIGXFSZ))
+        take_pending(&limit);
+    pthread_sigmask(SIG_SETMASK, &before, NULL);
+    return error;
 }
 
 int brume_file_sync(int descriptor) { return fsync(descriptor) != 0 ? errno : 0; }
@@ -218,57 +245,6 @@ unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t mos
     close(file);
     *out_size = got;
     return data;
-}
-
-static int write_all(int file, const void *data, size_t size) {
-    const char *at = data;
-    while (size > 0) {
-        ssize_t n = write(file, at, size);
-        if (n < 0 && errno == EINTR) continue;
-        if (n <= 0) return 0;
-        at += n;
-        size -= (size_t)n;
-    }
-    return 1;
-}
-
-/* A signal that is blocked and pending, taken away. */
-static void take_pending(const sigset_t *signals) {
-#ifdef __APPLE__
-    int number;
-    sigwait(signals, &number);
-#else
-    const struct timespec now = {0, 0};
-    sigtimedwait(signals, NULL, &now);
-#endif
-}
-
-/* A file that may not grow further (RLIMIT_FSIZE) would end the process by a signal: the write is to fail instead. */
-static int write_quietly(int file, const void *data, size_t size) {
-    sigset_t limit, before, pending;
-    sigemptyset(&limit);
-    sigaddset(&limit, SIGXFSZ);
-    if (pthread_sigmask(SIG_BLOCK, &limit, &before) != 0) return 0;
-    int written = write_all(file, data, size);
-    if (!written && errno == EFBIG && !sigismember(&before, SIGXFSZ) && sigpending(&pending) == 0 &&
-        sigismember(&pending, SIGXFSZ))
-        take_pending(&limit);
-    pthread_sigmask(SIG_SETMASK, &before, NULL);
-    return written;
-}
-
-int brume_file_replace(const char *path, const void *bytes, size_t size) {
-    char *temporary = join(path, ".XXXXXX");
-    if (!temporary) return 0;
-    int kept = 0, file = mkstemp(temporary); /* mode 0600 */
-    if (file >= 0) {
-        kept = write_quietly(file, bytes, size) && fsync(file) == 0;
-        kept = close(file) == 0 && kept;
-        kept = kept && rename(temporary, path) == 0;
-        if (!kept) unlink(temporary);
-    }
-    free(temporary);
-    return kept;
 }
 
 /* ---- folders --------------------------------------------------------------------------------------------------- */

@@ -152,7 +152,9 @@ static int error_number(void) {
     return EIO;
 }
 
-int brume_file_create(const char *path) {
+/* What lies in the user's own folders is for their eyes alone without being told. */
+int brume_file_create(const char *path, int own) {
+    (void)own;
     return _open(path, _O_WRONLY | _O_CREAT | _O_EXCL | _O_BINARY | _O_NOINHERIT, _S_IREAD | _S_IWRITE);
 }
 
@@ -229,23 +231,8 @@ unsigned char *brume_file_read_used(const char *path, size_t least, uint64_t mos
     return data;
 }
 
-int brume_file_replace(const char *path, const void *bytes, size_t size) {
-    char *temporary = join(path, ".XXXXXX");
-    if (!temporary) return 0;
-    int kept = 0, file = _mktemp(temporary) ? brume_file_create(temporary) : -1;
-    if (file >= 0) {
-        kept = brume_file_write_at(file, bytes, size, 0) == 0 && _commit(file) == 0;
-        kept = _close(file) == 0 && kept;
-        kept = kept && brume_file_rename(temporary, path) == 0;
-        if (!kept) DeleteFileA(temporary);
-    }
-    free(temporary);
-    return kept;
-}
-
 /* ---- folders --------------------------------------------------------------------------------------------------- */
 
-/* What lies in the user's own folders is for their eyes alone without being told. */
 void brume_folder_make(const char *path) {
     char *text = join(path, "");
     if (!text) return;

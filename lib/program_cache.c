@@ -213,7 +213,7 @@ int brume_program_cache_store(const char *folder, const char *facts, const unsig
     unsigned char *entry = make_entry(facts, binary, binary_size, &size);
     if (path && entry) {
         brume_folder_make(folder);
-        kept = brume_file_replace(path, entry, size);
+        kept = brume_file_replace(path, entry, size, 1) == 0;
         make_room(folder, limit);
     }
     free(path);

@@ -48,7 +48,7 @@ diff "$folder/declared" "$folder/exported" || fail "the DLL's exports are not wh
 $cross-gcc -std=c99 -Wall -Werror -Ilib -o "$folder/use_brume" test/install/use_brume.c "$folder/libbrume.dll.a" ||
     fail "a program does not link with the DLL"
 $cross-gcc -std=c99 -D__USE_MINGW_ANSI_STDIO=1 -Wall -Wextra -Werror -Itest/mingw -Ilib -o "$folder/test_platform" \
-    test/test_platform.c lib/platform_windows.c || fail "test_platform is not built"
+    test/test_platform.c lib/platform_windows.c lib/file_replace.c || fail "test_platform is not built"
 
 wine=$(command -v wine64 || command -v wine || ls /usr/lib/wine/wine64 2>/dev/null)
 if [ -z "$wine" ]; then

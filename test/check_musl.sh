@@ -35,7 +35,7 @@ for name in $names; do echo "int $name(void); int $name(void) { return 0; }"; do
 musl-gcc -static -o "$folder/render-cli" "$folder/apps/cli.o" "$folder/libapps.a" "$folder/libbrume.a" "$folder/stubs.c" \
     -lm >"$folder/log" 2>&1 || { tail "$folder/log"; fail "render-cli does not link"; }
 musl-gcc -static -std=c99 -D_POSIX_C_SOURCE=200809L -Wall -Wextra -Werror -Itest/mingw -Ilib -o "$folder/test_platform" \
-    test/test_platform.c lib/platform_posix.c || fail "test_platform is not built"
+    test/test_platform.c lib/platform_posix.c lib/file_replace.c || fail "test_platform is not built"
 
 rm -rf "$folder"/test_platform-*
 BRUME_BUILD=$folder "$folder/test_platform" >"$folder/out" || { cat "$folder/out"; fail "test_platform fails on musl"; }

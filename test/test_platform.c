@@ -155,14 +155,14 @@ static void paths_are_taken_apart(void **state) {
 
 static void a_file_is_created_once(void **state) {
     (void)state;
-    int file = brume_file_create(in_folder("once"));
+    int file = brume_file_create(in_folder("once"), 0);
     assert_true(file >= 0);
     assert_int_equal(brume_file_write_at(file, "world", 5, 6), 0);
     assert_int_equal(brume_file_write_at(file, "hello\n", 6, 0), 0); /* and no carriage return */
     assert_int_equal(brume_file_write_at(file, "x", 1, UINT64_MAX), EFBIG);
     assert_int_equal(brume_file_close(file), 0);
     errno = 0;
-    assert_true(brume_file_create(in_folder("once")) < 0);
+    assert_true(brume_file_create(in_folder("once"), 0) < 0);
     assert_int_equal(errno, EEXIST);
     size_t size = 0;
     unsigned char *bytes = brume_file_read_used(in_folder("once"), 1, 100, &size);
@@ -183,8 +183,8 @@ static void a_file_is_replaced_whole(void **state) {
     char other[600];
     int before = files();
     size_t size = 0;
-    assert_true(brume_file_replace(in_folder("kept"), "first, and long", 15));
-    assert_true(brume_file_replace(in_folder("kept"), "second", 6));
+    assert_int_equal(brume_file_replace(in_folder("kept"), "first, and long", 15, 1), 0);
+    assert_int_equal(brume_file_replace(in_folder("kept"), "second", 6, 1), 0);
     assert_int_equal(files(), before + 1); /* no temporary one is left */
     unsigned char *bytes = brume_file_read_used(in_folder("kept"), 1, 100, &size);
     assert_non_null(bytes);
@@ -192,7 +192,7 @@ static void a_file_is_replaced_whole(void **state) {
     assert_memory_equal(bytes, "second", 6);
     free(bytes);
     /* Renaming goes over what is there. */
-    assert_true(brume_file_replace(in_folder("new"), "third", 5));
+    assert_int_equal(brume_file_replace(in_folder("new"), "third", 5, 1), 0);
     snprintf(other, sizeof other, "%s", in_folder("kept"));
     assert_int_equal(brume_file_rename(in_folder("new"), other), 0);
     assert_int_equal(files(), before + 1);
@@ -200,8 +200,58 @@ static void a_file_is_replaced_whole(void **state) {
     brume_folder_remove(folder, "kept");
     brume_folder_remove(folder, "nothing");
     assert_int_equal(files(), before);
-    assert_false(brume_file_replace(in_folder("no-such-folder/file"), "x", 1));
+    assert_int_equal(brume_file_replace(in_folder("no-such-folder/file"), "x", 1, 0), ENOENT);
 }
+
+#ifndef _WIN32 /* which refuses to replace a file while it is read */
+enum { WRITERS = 4, REPLACEMENTS = 50, LARGEST = 40000 };
+
+typedef struct writer {
+    const char *path;
+    int number, failures, mixtures;
+} writer;
+
+/* As many bytes of the same letter as the letter says. */
+static void replace_again_and_again(void *argument) {
+    writer *w = argument;
+    size_t size = (size_t)LARGEST / (size_t)(w->number + 1), got;
+    char *bytes = malloc(size);
+    if (bytes) memset(bytes, 'a' + w->number, size);
+    for (int i = 0; i < REPLACEMENTS && bytes; i++) {
+        w->failures += brume_file_replace(w->path, bytes, size, 0) != 0;
+        unsigned char *read = brume_file_read_used(w->path, 1, LARGEST, &got);
+        size_t first = read ? (size_t)(read[0] - 'a') : WRITERS;
+        int whole = first < WRITERS && got == LARGEST / (first + 1);
+        for (size_t k = 0; whole && k < got; k++) whole = read[k] == read[0];
+        w->mixtures += !whole;
+        free(read);
+    }
+    w->failures += !bytes;
+    free(bytes);
+}
+
+/* Whoever reads gets one writer's file, and no writer takes another's away. */
+static void writers_do_not_meet(void **state) {
+    (void)state;
+    char shared[600];
+    brume_thread *threads[WRITERS];
+    writer writers[WRITERS];
+    int before = files();
+    snprintf(shared, sizeof shared, "%s", in_folder("shared"));
+    for (int i = 0; i < WRITERS; i++) {
+        writers[i] = (writer){shared, i, 0, 0};
+        threads[i] = brume_thread_start(replace_again_and_again, &writers[i]);
+        assert_non_null(threads[i]);
+    }
+    for (int i = 0; i < WRITERS; i++) brume_thread_join(threads[i]);
+    for (int i = 0; i < WRITERS; i++) {
+        assert_int_equal(writers[i].failures, 0);
+        assert_int_equal(writers[i].mixtures, 0);
+    }
+    assert_int_equal(files(), before + 1);
+    brume_folder_remove(folder, "shared");
+}
+#endif
 
 static int look(void *user, const brume_folder_entry *entry) {
     brume_folder_entry *seen = user;
@@ -218,8 +268,8 @@ static int stop(void *user, const brume_folder_entry *entry) {
 static void folders_tell_sizes_and_ages(void **state) {
     (void)state;
     brume_folder_entry seen = {NULL, 0, -100};
-    assert_true(brume_file_replace(in_folder("seen"), "12345", 5));
-    assert_true(brume_file_replace(in_folder("other"), "1", 1));
+    assert_int_equal(brume_file_replace(in_folder("seen"), "12345", 5, 1), 0);
+    assert_int_equal(brume_file_replace(in_folder("other"), "1", 1, 1), 0);
     brume_folder_visit(folder, look, &seen);
     assert_int_equal(seen.size, 5);
     assert_true(seen.age > -3 && seen.age < 60); /* file systems count in seconds, some in two */
@@ -242,7 +292,7 @@ static void a_file_may_be_long(void **state) {
     (void)state;
     const uint64_t end = (uint64_t)3 << 30;
     uint64_t length = 0;
-    int descriptor = brume_file_create(in_folder("long"));
+    int descriptor = brume_file_create(in_folder("long"), 0);
     assert_true(descriptor >= 0);
     assert_int_equal(brume_file_write_at(descriptor, "a", 1, end - 1), 0);
     assert_int_equal(brume_file_close(descriptor), 0);
@@ -276,6 +326,9 @@ int main(void) {
         cmocka_unit_test(a_file_is_replaced_whole),
         cmocka_unit_test(a_file_may_be_long),
         cmocka_unit_test(this_process_and_host),
+#ifndef _WIN32
+        cmocka_unit_test(writers_do_not_meet),
+#endif
         cmocka_unit_test(folders_tell_sizes_and_ages),
         cmocka_unit_test(the_cache_lies_where_the_system_has_it),
     };
