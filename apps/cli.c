@@ -3,14 +3,17 @@
 #include "cli.h"
 
 const cli_command_entry cli_commands[CLI_COMMAND_COUNT] = {
-    [CLI_RENDER] = {"render", "SCENE.xml", "Renders a Mitsuba 3 scene, with light in fog, on an OpenCL device.", cli_render},
-    [CLI_STUDY] = {"study", "SCENE.xml", "Shows what accuracy costs in time: renders a scene with many settings, measures their "
-                            "error,\n"
-                            "and writes a page with curves, tables and pictures (study.html), and CSV, JSON, SVG, PNG.",
+    [CLI_RENDER] = {"render", "SCENE.xml", "Renders a Mitsuba 3 scene, with light in fog, on an OpenCL device.",
+                    cli_render},
+    [CLI_STUDY] = {"study", "SCENE.xml",
+                   "Shows what accuracy costs in time: renders a scene with many settings, measures their error,\n"
+                   "and writes a page with curves, tables and pictures (study.html), and CSV, JSON, SVG, PNG.",
                    cli_study},
-    [CLI_INFO] = {"info", "SCENE.xml", "Says what is in a scene, which effects it calls for and why, and what is built for them.",
+    [CLI_INFO] = {"info", "SCENE.xml",
+                  "Says what is in a scene, which effects it calls for and why, and what is built for them.",
                   cli_info},
-    [CLI_EFFECTS] = {"effects", "SCENE.xml", "Renders a scene without each of its effects in turn: what each costs and adds.",
+    [CLI_EFFECTS] = {"effects", "SCENE.xml",
+                     "Renders a scene without each of its effects in turn: what each costs and adds.",
                      cli_effects},
     [CLI_MERGE] = {"merge", "FILE...", "Adds up parts of one picture: the checkpoints of renders with --sample-range.",
                    cli_merge},

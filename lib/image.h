@@ -37,8 +37,8 @@ brume_result brume_exr_write(brume_context *context, const char *path, uint32_t 
                              const brume_exr_channel *channels, uint32_t channel_count,
                              const brume_exr_attribute *attributes, uint32_t attribute_count);
 
-/* 8-bit PNG from linear RGB: scaled by 2^exposure, by the tone curve, then the exact sRGB curve. Same way of writing. comment: ASCII,
- * shown by viewers under that name (a tEXt chunk), or NULL. */
+/* 8-bit PNG from linear RGB: scaled by 2^exposure, by the tone curve, then the exact sRGB curve. Same way of writing.
+ * comment: ASCII, shown by viewers under that name (a tEXt chunk), or NULL. */
 brume_result brume_png_write(brume_context *context, const char *path, uint32_t width, uint32_t height,
                              const float *rgb, float exposure, brume_tonemap tonemap, const char *comment);
 

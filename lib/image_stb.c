@@ -72,8 +72,8 @@ static int begins_with_nothing(const unsigned char *bytes, size_t size) {
     return 0;
 }
 
-/* Pixels that a byte of a file can hold at most: PNG's, 8 of one bit in what deflate packs 1032 times; the other formats
- * stay far below. Where a file is cut off, stb goes on with zeros. */
+/* Pixels that a byte of a file can hold at most: PNG's, 8 of one bit in what deflate packs 1032 times; the other
+ * formats stay far below. Where a file is cut off, stb goes on with zeros. */
 enum { MOST_PIXELS_OF_A_BYTE = 8 * 1032 };
 
 static int holds_less_than_it_says(const unsigned char *bytes, size_t size) {

@@ -1,5 +1,5 @@
-/* render.c -- making a render: its description checked, the scene uploaded, the kernel built; and reading its film.
- * render_run.c renders. */
+/* render.c -- making a render: its description checked, the scene uploaded, the kernel built. render_run.c renders,
+ * render_read.c reads its film. */
 #include "render.h"
 
 #include <float.h>
@@ -9,7 +9,6 @@
 #include <string.h>
 
 #include "effects.h"
-#include "picture.h"
 #include "platform.h"
 #include "strategy.h"
 
@@ -314,75 +313,4 @@ brume_result brume_render_get_stats(const brume_render *render, brume_render_sta
     out->relmse_high = render->error.known ? render->error.high : -1;
     out->order = render->error.known ? render->error.order : -1;
     return BRUME_OK;
-}
-
-int brume_channel_size(brume_channel channel) {
-    switch (channel) {
-    case BRUME_CHANNEL_RADIANCE:
-    case BRUME_CHANNEL_VARIANCE:
-    case BRUME_CHANNEL_ERROR:
-    case BRUME_CHANNEL_ALBEDO:
-    case BRUME_CHANNEL_DIRECT:
-    case BRUME_CHANNEL_INDIRECT:
-    case BRUME_CHANNEL_SURFACE:
-    case BRUME_CHANNEL_VOLUME:
-    case BRUME_CHANNEL_NORMAL: return 3;
-    case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_SAMPLE_COUNT:
-    case BRUME_CHANNEL_BAD_SAMPLES:
-    case BRUME_CHANNEL_SEGMENTS:
-    case BRUME_CHANNEL_ALPHA: return 1;
-    }
-    return 0;
-}
-
-uint32_t brume_render_recorded(const brume_render *render) {
-    return render->desc.light_layers ? 2 : render->desc.guides != 0;
-}
-
-int brume_channel_is_recorded(uint32_t recorded, brume_channel channel) {
-    switch (channel) {
-    case BRUME_CHANNEL_ALBEDO:
-    case BRUME_CHANNEL_NORMAL:
-    case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_ALPHA: return recorded > 0;
-    case BRUME_CHANNEL_DIRECT:
-    case BRUME_CHANNEL_INDIRECT:
-    case BRUME_CHANNEL_SURFACE:
-    case BRUME_CHANNEL_VOLUME:
-    case BRUME_CHANNEL_SEGMENTS: return recorded > 1;
-    default: return 1;
-    }
-}
-
-brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count) {
-    if (!render) return BRUME_ERROR_ARGUMENT;
-    brume_context *context = render->device->context;
-    size_t needed = (size_t)render->layout.width * render->layout.height * (size_t)brume_channel_size(channel);
-    if (!out || needed == 0)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: NULL, or no channel %d", (int)channel);
-    if (count != needed)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: room for %zu floats, expected %zu", count,
-                          needed);
-    if (!brume_channel_is_recorded(brume_render_recorded(render), channel))
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_read: this render does not record %s",
-                          brume_channel_name(channel) ? brume_channel_name(channel) : "alpha");
-    float *data = NULL, *counts = NULL;
-    brume_result result =
-        brume_render_read_planes(render, brume_film_plane_count(brume_render_recorded(render)), &data);
-    if (result == BRUME_OK && channel == BRUME_CHANNEL_ERROR && render->error.known) {
-        counts = malloc(needed / 3 * sizeof *counts);
-        if (counts) brume_film_resolve(&render->layout, data, 1, BRUME_CHANNEL_SAMPLE_COUNT, counts);
-        if (!counts || !brume_error_estimate_variance(&render->estimate, counts, out))
-            result = brume_fail(context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
-    } else if (result == BRUME_OK && channel == BRUME_CHANNEL_BAD_SAMPLES) {
-        result = brume_render_bad_channel(render, data, out);
-    } else if (result == BRUME_OK) {
-        if (channel == BRUME_CHANNEL_ERROR) channel = BRUME_CHANNEL_VARIANCE; /* all there is */
-        brume_film_resolve(&render->layout, data, render->params.filter_weight, channel, out);
-    }
-    if (result == BRUME_OK) brume_film_to_scene_light(render->light_unit, channel, out, count);
-    free(data);
-    free(counts);
-    return result;
 }

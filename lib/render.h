@@ -98,11 +98,13 @@ cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units
 /* brume_schedule_make for the pass of adaptive sampling from samples_done on, and pass_groups. NULL: no memory. */
 cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
-/* For brume_film_plane_count. */
-uint32_t brume_render_recorded(const brume_render *render);
-
 /* The film's sums as they are, `planes` of them from the first on, malloc'ed. */
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out);
+
+/* ---- render_read.c ---- */
+
+/* For brume_film_plane_count. */
+uint32_t brume_render_recorded(const brume_render *render);
 
 /* ---- render_denoise.c ---- */
 
@@ -132,12 +134,14 @@ int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int c
  * and counts all of them as done. Groups stay in doubt while that fails, or where smaller launches are to be tried. */
 brume_result brume_render_settle(brume_render *render);
 
-/* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass_groups.
- * (render_run.c) */
+/* ---- render_run.c ---- */
+
+/* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass_groups. */
 brume_result brume_render_write_schedule(brume_render *render);
 
-/* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth.
- * (picture.c) */
+/* ---- picture.c ---- */
+
+/* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth. */
 void brume_render_world_to_ndc(const brume_render *render, float out[16]);
 
 /* ---- render_goal.c: what comes next ---- */

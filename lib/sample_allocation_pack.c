@@ -1,4 +1,5 @@
-/* sample_allocation_pack.c -- an allocation as bytes and back: the bins in use at each level, then what each pixel has. */
+/* sample_allocation_pack.c -- an allocation as bytes and back: the bins in use at each level, then what each
+ * pixel has. */
 #include <math.h>
 #include <stdlib.h>
 #include <string.h>
