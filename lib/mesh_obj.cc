@@ -2,7 +2,6 @@
 //
 // The parser takes what it can't read for 0 and skips faces with unknown vertices. A pass over the text before it
 // demands numbers where numbers belong, so that such a file is an error with its line and not a wrong picture.
-#include <array>
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
@@ -27,6 +26,7 @@
 
 extern "C" {
 #include "mesh_finish.h"
+#include "mesh_polygon.h"
 #include "text.h"
 }
 
@@ -119,27 +119,8 @@ template <class T> T *copy(const std::vector<T> &from) {
     return to;
 }
 
-// Whether the triangles between a polygon's first corner and its sides all face the way the polygon does.
-bool fan_fills(const std::vector<uint32_t> &polygon, const std::vector<float> &positions) {
-    std::vector<std::array<double, 3>> normals;
-    std::array<double, 3> sum = {0, 0, 0};
-    const float *a = &positions[3 * static_cast<size_t>(polygon[0])];
-    for (size_t k = 2; k < polygon.size(); k++) {
-        const float *b = &positions[3 * static_cast<size_t>(polygon[k - 1])];
-        const float *c = &positions[3 * static_cast<size_t>(polygon[k])];
-        double e[3], f[3];
-        for (int i = 0; i < 3; i++) e[i] = double(b[i]) - a[i], f[i] = double(c[i]) - a[i];
-        normals.push_back({e[1] * f[2] - e[2] * f[1], e[2] * f[0] - e[0] * f[2], e[0] * f[1] - e[1] * f[0]});
-        for (int i = 0; i < 3; i++) sum[i] += normals.back()[i];
-    }
-    for (const auto &n : normals)
-        if (n[0] * sum[0] + n[1] * sum[1] + n[2] * sum[2] < 0) return false;
-    return true;
-}
-
-// *concave: a polygon is not filled by a fan, and nothing was converted.
 bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t> &shapes, refusal *why,
-             brume_mesh *out, bool *concave) {
+             brume_mesh *out) {
     const int vertices = static_cast<int>(attrib.vertices.size() / 3),
               normals = static_cast<int>(attrib.normals.size() / 3),
               uvs = static_cast<int>(attrib.texcoords.size() / 2);
@@ -177,13 +158,10 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
                 for (int i = 0; i < 2; i++)
                     out_uvs.push_back(c.t >= 0 ? attrib.texcoords[2 * static_cast<size_t>(c.t) + i] : 0);
             }
-            if (corners > 3 && !fan_fills(polygon, positions)) {
-                *concave = true;
-                return true;
-            }
-            // A fan about the first corner, as in Mitsuba 3: another diagonal bends texture coordinates another way.
-            for (size_t k = 2; k < corners; k++)
-                triangles.insert(triangles.end(), {polygon[0], polygon[k - 1], polygon[k]});
+            if (corners < 3) continue;
+            size_t before = triangles.size();
+            triangles.resize(before + 3 * (corners - 2));
+            brume_polygon_cut(polygon.data(), corners, positions.data(), triangles.data() + before);
         }
     }
     if (triangles.size() > INT32_MAX) {
@@ -200,14 +178,12 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
     return true;
 }
 
-bool parse(std::istringstream &stream, bool triangulate, refusal *why, brume_mesh *out, bool *concave) {
+bool parse(std::istringstream &stream, refusal *why, brume_mesh *out) {
     tinyobj::attrib_t attrib;
     std::vector<tinyobj::shape_t> shapes;
     std::vector<tinyobj::material_t> materials;
     std::string warning, error;
-    stream.clear();
-    stream.seekg(0);
-    bool ok = tinyobj::LoadObj(&attrib, &shapes, &materials, &warning, &error, &stream, nullptr, triangulate, false);
+    bool ok = tinyobj::LoadObj(&attrib, &shapes, &materials, &warning, &error, &stream, nullptr, false, false);
     if (!ok || !error.empty()) {
         why->line = line_of(error);
         why->what = error.substr(0, error.find('\n'));
@@ -218,7 +194,7 @@ bool parse(std::istringstream &stream, bool triangulate, refusal *why, brume_mes
         why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
         return false;
     }
-    return convert(attrib, shapes, why, out, concave);
+    return convert(attrib, shapes, why, out);
 }
 
 bool read(const char *path, refusal *why, brume_mesh *out) {
@@ -250,10 +226,7 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
 
     std::istringstream stream(kept);
     kept = std::string();
-    bool concave = false;
-    if (!parse(stream, false, why, out, &concave)) return false;
-    // Ears are the library's business; it picks its own diagonals then.
-    return !concave || parse(stream, true, why, out, &concave);
+    return parse(stream, why, out);
 }
 
 }  // namespace
