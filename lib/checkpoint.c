@@ -21,7 +21,7 @@ typedef char prelude_is_64_bytes[sizeof(prelude) == 64 ? 1 : -1];
 typedef char head_has_no_gaps[sizeof(brume_checkpoint_head) == 600 ? 1 : -1];
 
 static const char magic[8] = {'b', 'r', 'u', 'm', 'e', 's', 'a', 'v'};
-enum { BYTE_ORDER = 0x01020304, VERSION = 2 };
+enum { BYTE_ORDER = 0x01020304, VERSION = 3 };
 
 /* ---- reading ---- */
 

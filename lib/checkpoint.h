@@ -40,7 +40,7 @@ typedef struct brume_checkpoint_head {
     uint32_t bad[4];
     double work, stage_work, stage_seconds, rate, render_seconds, pilot_seconds;
     uint32_t error_known;
-    uint32_t doubtful, look_at, pad;
+    uint32_t doubtful, look_at, doubtful_lanes; /* the last is 0 where there is no doubt */
     double relmse, relmse_low, relmse_high, order;
 } brume_checkpoint_head;
 

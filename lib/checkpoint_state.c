@@ -34,6 +34,7 @@ static int samples_are_valid(const brume_checkpoint_head *h) {
     if (h->pass_samples > h->stage_end - h->samples_done) return 0;
     if (h->pass_samples == 0 && (h->groups_done || h->doubtful)) return 0;
     if (h->pass_samples && h->groups_done >= h->group_count) return 0;
+    if (h->doubtful ? h->doubtful_lanes == 0 || h->lanes % h->doubtful_lanes : h->doubtful_lanes) return 0;
     return h->doubtful <= h->group_count - h->groups_done && h->pilot_done <= h->group_count &&
            (h->has_plan || h->pilot_done == 0);
 }

@@ -43,6 +43,7 @@ struct brume_render {
     uint32_t bad_before;      /* samples dropped before the pass */
     float *counts;            /* by slot, of the film before the pass, if some were; else NULL: all are samples_done */
     int counts_unknown;       /* some were, and the pass came from a file with a launch in doubt */
+    uint32_t doubtful_lanes;  /* of the program then, whose work-items have each run as a whole or not at all */
     uint32_t most_groups;     /* in a launch, since larger ones failed for want of resources; 0: any number */
     uint32_t look_at;         /* samples per pixel: the film is to be looked at before it goes on; 0: it is not */
     double work;              /* group-samples done */

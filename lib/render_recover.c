@@ -17,7 +17,7 @@ typedef struct survey {
     float *count;     /* of samples, by slot */
     cl_int *schedule; /* NULL while all pixels are alike */
     double dropped;   /* samples, since the pass began: so much may be missing from a count */
-    size_t units;     /* work-items that a tile of the film takes of the program that runs */
+    size_t units;     /* work-items that a tile of the film takes of the program that left them in doubt */
 } survey;
 
 static int is_inside(const brume_film_layout *l, size_t slot) {
@@ -36,7 +36,7 @@ static int look_at_slot(const survey *s, size_t slot) {
 
 /* A work-item adds its samples at its end. If all may have been dropped, they may as well be rendered once more. */
 static int look_at_unit(const survey *s, size_t unit) {
-    size_t lanes = s->r->program.lanes;
+    size_t lanes = s->r->doubtful_lanes;
     int state = 0;
     for (size_t i = unit * lanes; i < (unit + 1) * lanes; i++) {
         if (s->schedule && s->schedule[i] < 0) continue;
@@ -66,6 +66,61 @@ static brume_result begin_survey(survey *s) {
     return BRUME_OK;
 }
 
+/* The slots of the work-items that are missing, in work-items of the program that runs, the last filled up with -1.
+ * malloc'ed; NULL: no memory. */
+static cl_int *list_missing(const survey *s, size_t begin, size_t end, size_t *units) {
+    const brume_render *r = s->r;
+    size_t lanes = r->doubtful_lanes, wide = r->program.lanes, count = 0;
+    cl_int *slots = malloc(((end - begin) * lanes + wide) * sizeof *slots);
+    if (!slots) return NULL;
+    for (size_t unit = begin; unit < end; unit++) {
+        if (look_at_unit(s, unit) != ABSENT) continue;
+        for (size_t i = unit * lanes; i < (unit + 1) * lanes; i++)
+            slots[count++] = s->schedule ? s->schedule[i] : is_inside(&r->layout, i) ? (cl_int)i : -1;
+    }
+    while (count % wide) slots[count++] = -1;
+    *units = count / wide;
+    return slots;
+}
+
+/* By a program of another width than the one that left them in doubt, after a state was loaded: what is missing need
+ * not be whole work-items of its own, so it gets a schedule. */
+static cl_int launch_listed(const survey *s, const cl_int *slots, size_t units, size_t most, size_t *failed) {
+    brume_render *r = s->r;
+    cl_int code = CL_SUCCESS;
+    if (units == 0) return code;
+    cl_mem list = clCreateBuffer(r->device->cl, CL_MEM_READ_ONLY | CL_MEM_COPY_HOST_PTR,
+                                 units * r->program.lanes * sizeof *slots, (void *)(uintptr_t)slots, &code);
+    if (code != CL_SUCCESS) return code;
+    code = clSetKernelArg(r->program.kernel, BRUME_KERNEL_BUFFERS - 1, sizeof list, &list);
+    for (size_t unit = 0; unit < units && code == CL_SUCCESS; unit += *failed) {
+        *failed = units - unit < most ? units - unit : most;
+        code = brume_render_launch_units(r, unit, *failed, r->desc.first_sample + r->samples_done, r->pass_samples,
+                                         LAUNCH_ADAPTIVE);
+    }
+    cl_int restored = clSetKernelArg(r->program.kernel, BRUME_KERNEL_BUFFERS - 1, sizeof r->schedule, &r->schedule);
+    clReleaseMemObject(list);
+    return code != CL_SUCCESS ? code : restored;
+}
+
+static brume_result launch_in_other_width(const survey *s, size_t begin, size_t end) {
+    brume_render *r = s->r;
+    size_t scale = r->stats.lanes / r->program.lanes, units = 0, tried = 0;
+    cl_int *slots = list_missing(s, begin, end, &units);
+    if (!slots)
+        return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "going on after a failure: out of memory");
+    cl_int code = launch_listed(s, slots, units, r->most_groups ? r->most_groups * scale : units, &tried);
+    free(slots);
+    if (code == CL_SUCCESS) {
+        r->groups_done += r->doubtful;
+        r->work += (double)r->doubtful * r->pass_samples;
+        r->doubtful = 0;
+        return BRUME_OK;
+    }
+    if (brume_render_shrink_launches(r, (uint32_t)(tried / scale), code)) return BRUME_OK;
+    return brume_fail_cl(r->device->context, code, "going on after a failure");
+}
+
 static brume_result launch_missing(const survey *s) {
     brume_render *r = s->r;
     const size_t begin = r->groups_done * s->units, end = begin + r->doubtful * s->units;
@@ -75,6 +130,7 @@ static brume_result launch_missing(const survey *s) {
             return brume_fail(r->device->context, BRUME_ERROR_DEVICE,
                               "a launch broke off in the middle of a pixel's samples: the film can be read, but not "
                               "continued");
+    if (r->doubtful_lanes != r->program.lanes) return launch_in_other_width(s, begin, end);
     for (size_t unit = begin, next; unit < end; unit = next) {
         int missing = look_at_unit(s, unit) == ABSENT;
         for (next = unit + 1; next < end && next - unit < most && (look_at_unit(s, next) == ABSENT) == missing;) next++;
@@ -128,7 +184,7 @@ brume_result brume_render_settle(brume_render *render) {
         return brume_fail(render->device->context, BRUME_ERROR_DEVICE,
                           "after a launch that failed, among samples that came out NaN or infinite, it is unknown "
                           "which pixels have run: the film can be read, but not continued");
-    survey s = {.r = render, .units = render->stats.lanes / render->program.lanes};
+    survey s = {.r = render, .units = render->stats.lanes / render->doubtful_lanes};
     brume_result result = begin_survey(&s);
     if (result == BRUME_OK) result = launch_missing(&s);
     free(s.count);

@@ -162,6 +162,7 @@ static brume_result run_launch(brume_render *r, const run *now) {
                                       r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
     if (code != CL_SUCCESS) {
         r->doubtful = groups;
+        r->doubtful_lanes = r->program.lanes;
         r->looked = 0;
         if (brume_render_shrink_launches(r, groups, code)) return BRUME_OK;
         return brume_fail_cl(r->device->context, code, "rendering");

@@ -99,6 +99,7 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
     out->has_plan = r->needs_pilot != 0;
     out->pilot_done = r->pilot_done;
     out->doubtful = r->doubtful;
+    out->doubtful_lanes = r->doubtful ? r->doubtful_lanes : 0;
     out->look_at = r->look_at;
     out->work = r->work;
     out->stage_work = r->stage_work;
@@ -266,6 +267,7 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_che
     r->pass_samples = h->pass_samples;
     r->groups_done = h->groups_done;
     r->doubtful = h->doubtful;
+    r->doubtful_lanes = h->doubtful_lanes;
     r->look_at = h->look_at;
     r->pass_groups = pass_groups;
     r->pilot_done = h->group_count == r->layout.group_count || h->pilot_done == 0 ? h->pilot_done

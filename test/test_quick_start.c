@@ -4,8 +4,10 @@
 #include <stdarg.h>
 #include <stddef.h>
 #include <stdint.h>
+#include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <unistd.h>
 
 #include <cmocka.h>
 
@@ -145,10 +147,52 @@ static void a_failed_program_is_done_without(void **state) {
     brume_render_destroy(render);
 }
 
+static int stop_at_once(void *user, const brume_progress *progress) {
+    (void)user;
+    (void)progress;
+    return 1;
+}
+
+/* A launch of the narrow program broke off between two of its pixels, in the middle of a wide tile; the state goes to a
+ * file, and the wide program does what is missing, and nothing twice. */
+static void the_wide_one_settles_what_the_narrow_one_left(void **state) {
+    (void)state;
+    if (device->info.lanes == 1) skip();
+    char path[] = "/tmp/brume-quick-XXXXXX";
+    int file = mkstemp(path);
+    assert_true(file >= 0);
+    close(file);
+    brume_render *render = create(1, 0);
+    render->program.swap_at = NEVER;
+    render->launch_groups = 50;
+    render->report_seconds = -1;
+    while (!render->groups_done || render->pass_samples < 2)
+        assert_int_equal(brume_render_run(render, stop_at_once, NULL), BRUME_CANCELLED);
+    size_t lanes = render->stats.lanes;
+    assert_int_equal(render->program.lanes, 1);
+    render->doubtful = 5;
+    render->doubtful_lanes = 1;
+    assert_int_equal(brume_render_launch_units(render, render->groups_done * lanes + 1, 2 * lanes + lanes / 2,
+                                               render->samples_done, render->pass_samples, 0), CL_SUCCESS);
+    OK(brume_render_save(render, path));
+    brume_render_destroy(render);
+    for (int smaller = 0; smaller < 2; smaller++) {
+        render = create(0, 0);
+        OK(brume_render_load(render, path));
+        assert_int_equal(render->program.lanes, lanes);
+        render->most_groups = (uint32_t)smaller;
+        OK(brume_render_run(render, NULL, NULL));
+        expect_exact_film(render);
+        brume_render_destroy(render);
+    }
+    remove(path);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_swap_leaves_no_trace),
         cmocka_unit_test(a_quick_start_gives_the_same_film),
+        cmocka_unit_test(the_wide_one_settles_what_the_narrow_one_left),
         cmocka_unit_test(a_width_asked_for_is_waited_for),
         cmocka_unit_test(a_render_may_end_before_its_program),
         cmocka_unit_test(a_failed_program_is_done_without),

@@ -143,6 +143,7 @@ static int write_checkpoint(const char *folder, const char *name, int adaptive, 
         head.pass_samples = 8;
         head.groups_done = 1;
         head.doubtful = doubtful;
+        head.doubtful_lanes = 1;
     }
     snprintf(path, sizeof path, "%s/checkpoint", folder);
     if (mkdir(path, 0777) != 0 && errno != EEXIST) return 0;
