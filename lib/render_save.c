@@ -248,9 +248,20 @@ static brume_result upload(brume_render *r, const brume_checkpoint *c, const bru
     return BRUME_ERROR_DEVICE;
 }
 
+/* The film's counts of samples in the order of slots, which a pass under way is known by where samples were dropped
+ * (brume_render_note_counts). malloc'ed; NULL: no memory. */
+static float *counts_of(const brume_render *r, const brume_checkpoint *c) {
+    const brume_film_layout *l = &r->layout;
+    const float *rows = c->planes + (size_t)FILM_COUNT * l->width * l->height;
+    float *counts = calloc(brume_film_slot_count(l), sizeof *counts);
+    for (uint32_t y = 0; counts && y < l->height; y++)
+        for (uint32_t x = 0; x < l->width; x++) counts[brume_film_slot_of(l, x, y)] = *rows++;
+    return counts;
+}
+
 /* The state becomes the render's. A pilot that was in the middle begins anew if its groups are other ones. What had all
  * of its time goes on if it is given more: the run finds out if another goal was reached. */
-static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_checkpoint_state *s) {
+static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_checkpoint_state *s, float *counts) {
     uint32_t pass_groups = h->pass_samples ? s->pass_groups : r->layout.group_count;
     brume_error_estimate_free(&r->estimate);
     brume_allocation_free(r->allocation);
@@ -262,6 +273,10 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_che
     r->ends = s->ends;
     free(s->schedule);
     memset(s, 0, sizeof *s);
+    free(r->counts);
+    r->counts = counts;
+    r->bad_before = h->bad[BAD_COUNT];
+    r->counts_unknown = h->bad[BAD_COUNT] && h->doubtful;
     r->stage_end = h->stage_end;
     r->samples_done = h->samples_done;
     r->pass_samples = h->pass_samples;
@@ -309,14 +324,19 @@ brume_result brume_render_load(brume_render *render, const char *path) {
     if (result == BRUME_OK) result = check_progress(render, path, &c.head);
     if (result == BRUME_OK)
         result = brume_checkpoint_state_make(context, path, &c, render->estimate.independent, &s);
+    float *counts = NULL;
+    if (result == BRUME_OK && c.head.pass_samples && c.head.bad[BAD_COUNT] && !(counts = counts_of(render, &c)))
+        result = brume_fail(context, BRUME_ERROR_MEMORY, "%s: out of memory", path);
     if (result == BRUME_OK) result = upload(render, &c, &s);
     if (result == BRUME_OK) {
         uint32_t wanted = render->desc.sample_count;
-        take_over(render, &c.head, &s);
+        take_over(render, &c.head, &s, counts);
+        counts = NULL;
         if (strcmp(c.head.device, here.device) != 0)
             brume_warn(context, "%s was rendered on %s; what follows may differ in the last bits", path, c.head.device);
         if (wanted != c.head.sample_count) result = brume_render_set_sample_count(render, wanted);
     }
+    free(counts);
     brume_checkpoint_state_free(&s);
     brume_checkpoint_free(&c);
     return result;
