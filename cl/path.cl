@@ -38,6 +38,18 @@ FN void finish_layers(film *f, const path *p, real most, mask good) {
     film_add_plain(f, FILM_SEGMENTS, l->segments, good);
 }
 
+/* What it met first. */
+FN void finish_guides(film *f, const path *p, mask good) {
+    mask hit = good & p->guide.hit;
+    film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
+    film_add_rgb(f, FILM_ALBEDO_R, p->guide.albedo, hit);
+    film_add_plain(f, FILM_NORMAL_X, p->guide.n.x, hit);
+    film_add_plain(f, FILM_NORMAL_Y, p->guide.n.y, hit);
+    film_add_plain(f, FILM_NORMAL_Z, p->guide.n.z, hit);
+    film_add_plain(f, FILM_DEPTH, p->guide.depth, hit);
+    film_add_plain(f, FILM_HIT_COUNT, R(1), hit);
+}
+
 /* Adds finished paths to the film. */
 FN void finish_paths(film *f, const path *p, real most, __global uint *bad, ireal pixel, ureal32 sample,
                      mask finished) {
@@ -67,7 +79,7 @@ FN void finish_paths(film *f, const path *p, real most, __global uint *bad, irea
     film_add_plain(f, FILM_SQUARE_G, square(x.g), good);
     film_add_plain(f, FILM_SQUARE_B, square(x.b), good);
     film_add_plain(f, FILM_COUNT, R(1), good);
-    if (HAS(GUIDES)) film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
+    if (HAS(GUIDES)) finish_guides(f, p, good);
     if (HAS(LIGHT_LAYERS)) finish_layers(f, p, most, good);
 }
 
@@ -117,7 +129,7 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
         }
         mask before = p.alive;
         if (!ANY(before)) break;
-        path_step(&s, &f, &p);
+        path_step(&s, &p);
         if (s.is_pilot) break;
         mask finished = before & !p.alive;
         if (ANY(finished))

@@ -66,24 +66,22 @@ FN void path_roulette(const scene *s, path *p, real u, mask live) {
     p->alive = p->alive & !ends;
 }
 
-/* The film's first-hit channels: recorded at the first surface that is neither null nor specular, whether or not the
- * fog scatters before it: the guides of a denoiser should have no noise of their own. */
-FN void path_guides(film *f, path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
+/* The film's first-hit channels: found at the first surface that is neither null nor specular, whether or not the fog
+ * scatters before it: the guides of a denoiser should have no noise of their own. The film gets them with the sample, or
+ * not at all if that is dropped. */
+FN void path_guides(path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
     mask record = p->first & plain;
     if (ANY(record)) {
         vec n = vselect(vdot(at->ns, p->d) > R(0), vneg(at->ns), at->ns);
         mask broken = is_bad(albedo.r) | is_bad(albedo.g) | is_bad(albedo.b) | is_bad(n.x) | is_bad(n.y) | is_bad(n.z) |
                       is_bad(p->travelled + t);
         path_break(p, record & broken);
-        record = record & !broken;
-        film_add_plain(f, FILM_ALBEDO_R, albedo.r, record);
-        film_add_plain(f, FILM_ALBEDO_G, albedo.g, record);
-        film_add_plain(f, FILM_ALBEDO_B, albedo.b, record);
-        film_add_plain(f, FILM_NORMAL_X, n.x, record);
-        film_add_plain(f, FILM_NORMAL_Y, n.y, record);
-        film_add_plain(f, FILM_NORMAL_Z, n.z, record);
-        film_add_plain(f, FILM_DEPTH, p->travelled + t, record);
-        film_add_plain(f, FILM_HIT_COUNT, R(1), record);
+        first_hit found;
+        found.albedo = albedo;
+        found.n = n;
+        found.depth = p->travelled + t;
+        found.hit = TRUE_MASK;
+        p->guide = first_hit_select(record & !broken, found, p->guide);
     }
     p->first = p->first & !plain & !ends;
 }
@@ -170,7 +168,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
 }
 
 /* One segment for every living lane. */
-FN void path_step(const scene *s, film *f, path *p) {
+FN void path_step(const scene *s, path *p) {
     ireal max_depth = I(s->params->max_depth);
     mask looking = p->alive & p->first;
     if (HAS(LIGHT_LAYERS)) p->layers.segments = p->alive ? p->layers.segments + R(1) : p->layers.segments;
@@ -211,7 +209,7 @@ FN void path_step(const scene *s, film *f, path *p) {
 
     p->met = p->met | scatters | (reached & !null);
     if (HAS(GUIDES) && !s->is_pilot)
-        path_guides(f, p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
+        path_guides(p, &at, h.t, bsdf_albedo(&v.b), looked_at & !null & !specular, scatters);
     if (ANY(reached)) path_meet(s, p, &at, h.prim, reached);
     trace_radiance(s, p, TRACE_MET);
 

@@ -10,6 +10,14 @@
 #include "scatter_emitter.h"
 #include "scene.h"
 
+/* For the film's first-hit channels, once `hit`. */
+typedef struct {
+    rgb albedo;
+    vec n;
+    real depth;
+    mask hit;
+} first_hit;
+
 typedef struct {
     vec o, d;
     real t_max;        /* the segment ends here at the latest */
@@ -28,6 +36,7 @@ typedef struct {
     mask alive;
     rng random;
     light_ray light;   /* with INDIRECT_RAY_LIGHTS */
+    first_hit guide;   /* with GUIDES */
     light_layers layers; /* with LIGHT_LAYERS */
     flight_record flew; /* with SCATTERS_EMITTERS, where from_medium */
 } path;
@@ -44,6 +53,24 @@ FN void path_add(path *p, mask m, rgb value, mask in_medium, int more) {
 /* For what came out NaN and would be lost in a comparison: the whole sample is dropped and counted. */
 FN void path_break(path *p, mask m) { p->radiance.r = m ? REAL_NAN : p->radiance.r; }
 
+FN first_hit first_hit_none(void) {
+    first_hit g;
+    g.albedo = cgrey(R(0));
+    g.n = vmake(R(0), R(0), R(0));
+    g.depth = R(0);
+    g.hit = FALSE_MASK;
+    return g;
+}
+
+FN first_hit first_hit_select(mask m, first_hit a, first_hit b) {
+    first_hit g;
+    g.albedo = cselect(m, a.albedo, b.albedo);
+    g.n = vselect(m, a.n, b.n);
+    g.depth = m ? a.depth : b.depth;
+    g.hit = m ? a.hit : b.hit;
+    return g;
+}
+
 /* A lane without a path. */
 FN path path_none(void) {
     path p;
@@ -54,6 +81,7 @@ FN path path_none(void) {
     p.depth = p.segments = I(0);
     p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
     if (INDIRECT_IS_RAYS) p.light = light_ray_none();
+    if (HAS(GUIDES)) p.guide = first_hit_none();
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     p.random.key = p.random.index = U32(0);
@@ -86,6 +114,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.first = TRUE_MASK;
     p.met = p.from_medium = FALSE_MASK;
     p.alive = live;
+    if (HAS(GUIDES)) p.guide = first_hit_none();
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
     if (INDIRECT_IS_RAYS) {
@@ -114,6 +143,7 @@ FN path path_select(mask m, path a, path b) {
     p.met = m ? a.met : b.met;
     p.from_medium = m ? a.from_medium : b.from_medium;
     if (INDIRECT_IS_RAYS) p.light = light_ray_select(m, a.light, b.light);
+    if (HAS(GUIDES)) p.guide = first_hit_select(m, a.guide, b.guide);
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_select(m, a.layers, b.layers);
     if (SCATTERS_EMITTERS) p.flew = flight_record_select(m, a.flew, b.flew);
     p.alive = m ? a.alive : b.alive;

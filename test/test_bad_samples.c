@@ -206,6 +206,31 @@ static void adaptive_passes_are_cut_short(void **state) {
     brume_scene_destroy(scene);
 }
 
+/* Dropped behind the wall that the guides are of: they are means over the samples that are left. */
+static void guides_go_with_their_sample(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    static float right[COUNT * 3], found[COUNT * 3];
+    static const brume_channel channels[] = {BRUME_CHANNEL_ALBEDO, BRUME_CHANNEL_NORMAL};
+    brume_render_desc desc = plain(1);
+    brume_render *good = rendered(&desc);
+    planted_bug("path.h", "p->depth = turns ? p->depth + I(1) : p->depth;",
+                "p->depth = turns ? p->depth + I(1) : p->depth;\n"
+                "    path_break(p, turns & (p->random.index % U32(2) == U32(1)));");
+    brume_render *bad = rendered(&desc);
+    planted_remove();
+    brume_render_stats stats;
+    must(brume_render_get_stats(bad, &stats));
+    assert_true(stats.bad_samples > stats.samples / 4 && stats.bad_samples < stats.samples);
+    for (size_t c = 0; c < 2; c++) {
+        must(brume_render_read(good, channels[c], right, COUNT * 3));
+        must(brume_render_read(bad, channels[c], found, COUNT * 3));
+        for (int i = 0; i < 3 * COUNT; i++) assert_float_equal(found[i], right[i], 1e-5);
+    }
+    brume_render_destroy(good);
+    brume_render_destroy(bad);
+}
+
 /* Wherever on its way a path meets a NaN: none is lost in a comparison, to leave a picture that is too dark. */
 static void nowhere_is_one_lost(void **state) {
     (void)state;
@@ -219,8 +244,8 @@ static void nowhere_is_one_lost(void **state) {
          "return REAL_NAN;", 0},
         {"connection", "path_indirect.h", "out.value = cmul(out.value, cmul(sigma_s, sigma_s));",
          "out.value = cgrey(REAL_NAN);", 0},
-        {"albedo, for the guides", "path.h", "path_guides(f, p, &at, h.t, bsdf_albedo(&v.b),",
-         "path_guides(f, p, &at, h.t, cgrey(REAL_INF),", 1},
+        {"albedo, for the guides", "path.h", "path_guides(p, &at, h.t, bsdf_albedo(&v.b),",
+         "path_guides(p, &at, h.t, cgrey(REAL_INF),", 1},
     };
     for (size_t i = 0; i < sizeof plants / sizeof plants[0]; i++) {
         brume_render_desc desc = plain(1);
@@ -289,6 +314,7 @@ int main(void) {
         cmocka_unit_test(one_bad_sample_is_dropped_and_known),
         cmocka_unit_test(each_pixel_knows_how_many),
         cmocka_unit_test(adaptive_passes_are_cut_short),
+        cmocka_unit_test(guides_go_with_their_sample),
         cmocka_unit_test(nowhere_is_one_lost),
         cmocka_unit_test(found_by_their_bits),
     };
