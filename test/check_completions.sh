@@ -51,7 +51,9 @@ equiangular-cone" "$(in_bash fog.xml --strategy equi)"
 fi
 
 if has fish; then
-    in_fish() { HOME=/nonexistent fish --no-config -c "source $completions/render-cli.fish; complete -C '$1'" | cut -f 1; }
+    # fish keeps files of its own in the home folder.
+    home=$(cd "$completions" && pwd)/home
+    in_fish() { HOME=$home fish --no-config -c "source $completions/render-cli.fish; complete -C '$1'" | cut -f 1; }
     for command in "" $commands; do
         expect "$(options_of "$command")" "$(in_fish "render-cli $command scene.xml --" | sed 's/=$//' | sort)"
     done
