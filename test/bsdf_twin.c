@@ -144,7 +144,7 @@ static double *run(const device_case *c, const char *text, const double *in, siz
         {READ_REAL, (void *)(uintptr_t)in, 3 * c->count},
         {WRITE_REAL, out, planes * c->count},
     };
-    device_test_run(text, "-DFEATURES=64", c->lanes, c->precision, c->count, arrays, 5);
+    device_test_run(text, FEATURES_ARE("FEATURE_SPECULAR"), c->lanes, c->precision, c->count, arrays, 5);
     return out;
 }
 

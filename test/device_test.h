@@ -16,6 +16,11 @@
 
 #include "brume.h"
 
+/* For options: features by name, FEATURES_ARE("FEATURE_MEDIA|FEATURE_NULL"), and those of fog of any kind. */
+#define FEATURES_ARE(names) "-DFEATURES=(" names ")"
+#define FOG_FEATURES "FEATURE_MEDIA|FEATURE_SCATTERING|FEATURE_FLIGHTS|FEATURE_CHROMATIC|FEATURE_ANISOTROPY"
+#define BEAM_FEATURES FOG_FEATURES "|FEATURE_DELTA_LIGHTS"
+
 typedef enum device_array_kind {
     READ_REAL,  /* double * on the host, rounded to the device's precision */
     WRITE_REAL,

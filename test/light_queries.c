@@ -258,10 +258,10 @@ static void run(const char *text, uint32_t lanes, int samples, size_t elements, 
                               {READ_RAW, now.lights, now.count * sizeof *now.lights},
                               {READ_RAW, now.tree.blocks, now.tree.block_count * sizeof *now.tree.blocks},
                               {READ_REAL, now.query, PLANES * QUERIES}};
-    char options[120];
+    char options[300];
     memcpy(arrays + 4, more, more_count * sizeof *more);
-    snprintf(options, sizeof options, "-DFEATURES=32265 -DPOINT=%d -DSAMPLES=%d -DQUERIES=%d", now.is_point, samples,
-             QUERIES);
+    snprintf(options, sizeof options, FEATURES_ARE(BEAM_FEATURES "|FEATURE_MANY_LIGHTS") " -DPOINT=%d -DSAMPLES=%d "
+             "-DQUERIES=%d", now.is_point, samples, QUERIES);
     device_test_run(text, options, lanes, BRUME_PRECISION_FLOAT, elements, arrays, 4 + more_count);
 }
 

@@ -129,8 +129,8 @@ static void compute_as(const char *text, uint32_t lanes, brume_precision precisi
     const device_array arrays[] = {{READ_RAW, lights, sizeof lights}, {READ_REAL, ray, 11 * (size_t)COUNT},
                                    {READ_REAL, u, (size_t)VARIATES * COUNT},
                                    {WRITE_REAL, out, (size_t)PLANES * COUNT}};
-    char options[64];
-    snprintf(options, sizeof options, "-DFEATURES=31753 -DVARIATES=%d", VARIATES);
+    char options[300];
+    snprintf(options, sizeof options, FEATURES_ARE(BEAM_FEATURES) " -DVARIATES=%d", VARIATES);
     device_test_run(text, options, lanes, precision, COUNT, arrays, 4);
 }
 
@@ -370,8 +370,9 @@ static void draw(int strategy) {
     for (int i = 0; i < 2 * DRAWN; i++) drawn_u[i] = test_random_unit(&seed);
     const device_array arrays[] = {{READ_RAW, drawn_lights, sizeof drawn_lights}, {READ_REAL, drawn_rays, 11 * RAYS},
                                    {READ_REAL, drawn_u, 2 * DRAWN}, {WRITE_REAL, drawn, 9 * (size_t)DRAWN}};
-    char options[96];
-    snprintf(options, sizeof options, "-DFEATURES=31753 -DSTRATEGY=%d -DRAYS=%d -DSAMPLES=%d", strategy, RAYS, SAMPLES);
+    char options[300];
+    snprintf(options, sizeof options, FEATURES_ARE(BEAM_FEATURES) " -DSTRATEGY=%d -DRAYS=%d -DSAMPLES=%d", strategy,
+             RAYS, SAMPLES);
     device_test_run(draw_text, options, 16, BRUME_PRECISION_FLOAT, DRAWN, arrays, 4);
 }
 

@@ -188,7 +188,8 @@ static void sample(const emitter_case *c, uint32_t lanes, brume_precision precis
     };
     for (int i = 0; i < 19; i++)
         if (in[i].count == 0) in[i].data = (void *)(uintptr_t)nothing, in[i].count = sizeof nothing;
-    device_test_run(text, "-DFEATURES=52 -DBVH_STACK=64", lanes, precision, COUNT, in, sizeof in / sizeof in[0]);
+    device_test_run(text, FEATURES_ARE("FEATURE_QUADRICS|FEATURE_AREA_LIGHTS|FEATURE_ENVIRONMENT") " -DBVH_STACK=64",
+                    lanes, precision, COUNT, in, sizeof in / sizeof in[0]);
 }
 
 /* ---- the twin ---------------------------------------------------------------------------------------------------- */

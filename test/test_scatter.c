@@ -109,8 +109,9 @@ static void gather_light(uint32_t lanes, brume_precision precision) {
     const device_array arrays[] = {{READ_RAW, params, sizeof params}, {READ_RAW, lights, sizeof lights},
                                    {READ_RAW, media, sizeof media}, {READ_REAL, ray, 7 * SEGMENTS},
                                    {READ_REAL, u, 3 * (size_t)COUNT}, {WRITE_REAL, out, (size_t)PLANES * COUNT}};
-    char options[80];
-    snprintf(options, sizeof options, "-DFEATURES=31753 -DSTRATEGY=5 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES, LIGHTS);
+    char options[300];
+    snprintf(options, sizeof options, FEATURES_ARE(BEAM_FEATURES) " -DSTRATEGY=5 -DSAMPLES=%d -DLIGHTS=%d", SAMPLES,
+             LIGHTS);
     device_test_run(scatter_text, options, lanes, precision, COUNT, arrays, 6);
 }
 
@@ -344,8 +345,8 @@ static void fly(uint32_t lanes) {
     for (int k = 0; k < 3; k++) memcpy(variates + k * ALL, u[k], ALL * sizeof(double));
     const device_array arrays[] = {{READ_REAL, cases, FLIGHTS * 16}, {READ_REAL, variates, 3 * ALL},
                                    {WRITE_REAL, out, 7 * (size_t)ALL}};
-    char options[80];
-    snprintf(options, sizeof options, "-DFEATURES=31745 -DSAMPLES=%d -DCANDIDATES=%d", SAMPLES, CANDIDATES);
+    char options[300];
+    snprintf(options, sizeof options, FEATURES_ARE(FOG_FEATURES) " -DSAMPLES=%d -DCANDIDATES=%d", SAMPLES, CANDIDATES);
     device_test_run(flight_text, options, lanes, BRUME_PRECISION_FLOAT, ALL, arrays, 3);
 }
 
