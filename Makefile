@@ -207,7 +207,7 @@ $(build)/test/test_headers: $(build)/test/header_cxx.o
 fuzzable := $(patsubst %,$(build)/test/fuzz/%.o,guard seeds targets)
 $(build)/test/test_hostile: $(fuzzable)
 faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))
-$(patsubst %,$(build)/test/%,test_bad_launches test_checkpoint_memory test_cl_faults test_launches test_memory measure_cl_faults measure_memory): $(faulty)
+$(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"faults/' $(test_programs))): $(faulty)
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
 test: all meshes $(tests)
