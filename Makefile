@@ -210,7 +210,7 @@ faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))
 $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"faults/' $(test_programs))): $(faulty)
 $(build)/test/test_headers.o: CFLAGS_all += -pedantic-errors
 
-test: all meshes $(tests)
+test: all meshes $(tests) $(build)/fail_launches.so
 	@sh test/run.sh $(build) $(sort $(tests))
 
 # The tests that say how far off they are, as one table.
@@ -272,9 +272,10 @@ check-cl: | $(first)
 check-oclgrind: $(build)/render-cli $(build)/fill_buffer.so meshes
 	@sh test/check_oclgrind.sh $(build) $(sort $(wildcard scenes/*.xml))
 
-$(build)/fill_buffer.so: test/oclgrind/fill_buffer.c | $(first)
+# Put before libOpenCL in render-cli.
+$(build)/%.so: test/preload/%.c | $(first)
 	@mkdir -p $(@D)
-	$(CC) $(CFLAGS) -O2 -shared -fPIC -o $@ $<
+	$(CC) $(CFLAGS) -O2 -shared -fPIC -o $@ $< -ldl
 
 # ARGS="scenes/forest.xml": these scenes
 check-intel: $(build)/test/measure_agreement

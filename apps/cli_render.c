@@ -112,8 +112,11 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     result = brume_render_run(render, tell, &watching);
     cli_display_finish(&display);
     cli_progress_finish(progress);
-    if (result && result != BRUME_CANCELLED) {
-        code = cli_report(context, result);
+    /* After a failure, too, what has been rendered stays, if the device still hands it out; the code is the failure's. */
+    int failed = result && result != BRUME_CANCELLED ? cli_report(context, result) : CLI_EXIT_OK;
+    result = brume_render_get_stats(render, &stats);
+    if (result || (failed && stats.samples == 0)) {
+        code = failed ? failed : cli_report(context, result);
         goto cleanup;
     }
 
@@ -122,13 +125,10 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     int pictures_code = write_pictures(context, render, options, progress);
     if (code == CLI_EXIT_OK)
         code = pictures_code;
+    if (failed)
+        code = failed;
     run.write_seconds = cli_now() - written;
     run.total_seconds = cli_now() - begin;
-    result = brume_render_get_stats(render, &stats);
-    if (result) {
-        code = cli_report(context, result);
-        goto cleanup;
-    }
     if (code == CLI_EXIT_OK && cli_signal())
         code = CLI_EXIT_SIGNAL + cli_signal();
     run.exit_code = code;
@@ -143,7 +143,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     if (options->render.time_limit > 0 && !cli_signal() && stats.samples < (uint64_t)stats.width * stats.height &&
         options->verbosity >= 0)
         fprintf(stderr, "render-cli: warning: --time-limit was over before every pixel had a sample\n");
-    if (cli_signal() && options->verbosity >= 0)
+    if ((cli_signal() || (failed && !pictures_code)) && options->verbosity >= 0)
         fprintf(stderr, "render-cli: stopped at %.3g samples per pixel; what there is has been written\n",
                 (double)stats.samples / ((double)stats.width * stats.height));
 cleanup:

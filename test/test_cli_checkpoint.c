@@ -204,6 +204,33 @@ static void full_disk(void **state)
     remove(path_of("state"));
 }
 
+/* The device fails in the middle: what it has rendered is written, and goes on from there to the same picture. */
+static void failed_and_gone_on(void **state)
+{
+    (void)state;
+    NEEDS_DEVICE();
+    char shim[2 * PATH_MAX];
+    snprintf(shim, sizeof shim, "%.*s/fail_launches.so", (int)(strrchr(program, '/') - program), program);
+    if (access(shim, R_OK) != 0)
+        skip();
+    assert_int_equal(run("scene.xml --spp 64 --lanes 1 -o whole.exr"), 0);
+    remove(path_of("parts.exr"));
+    setenv("LD_PRELOAD", shim, 1);
+    setenv("FAIL_LAUNCHES_FROM", "6", 1);
+    int code = run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state");
+    setenv("FAIL_LAUNCHES_FROM", "1", 1);
+    int at_once = run("scene.xml --spp 64 --lanes 1 -o none.exr");
+    unsetenv("FAIL_LAUNCHES_FROM");
+    unsetenv("LD_PRELOAD");
+    assert_int_equal(at_once, 1);
+    assert_false(exists("none.exr")); /* nothing has been rendered */
+    assert_int_equal(code, 1);
+    assert_true(exists("parts.exr") && exists("state"));
+    assert_int_equal(run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state --resume"), 0);
+    expect_same_picture("whole.exr", "parts.exr");
+    remove(path_of("state"));
+}
+
 /* Ranges rendered apart, each with its checkpoint, come together; what is wrong with them is said in a line. */
 static void merging(void **state)
 {
@@ -279,6 +306,7 @@ int main(void)
         cmocka_unit_test(killed_and_gone_on),
         cmocka_unit_test(stopped_and_refused),
         cmocka_unit_test(full_disk),
+        cmocka_unit_test(failed_and_gone_on),
         cmocka_unit_test(merging),
     };
     return cmocka_run_group_tests(tests, setup, close_checkpoints);
