@@ -112,7 +112,7 @@ int cli_render(brume_context *context, const cli_options *options, cli_progress 
     result = brume_render_run(render, tell, &watching);
     cli_display_finish(&display);
     cli_progress_finish(progress);
-    /* After a failure, too, what has been rendered stays, if the device still hands it out; the code is the failure's. */
+    /* After a failure, too, what has been rendered stays, if the device hands it out; the code is the failure's. */
     int failed = result && result != BRUME_CANCELLED ? cli_report(context, result) : CLI_EXIT_OK;
     result = brume_render_get_stats(render, &stats);
     if (result || (failed && stats.samples == 0)) {

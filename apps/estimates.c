@@ -240,7 +240,8 @@ int main(int argc, char **argv)
         return 4;
     }
     puts("| scene | target relMSE | samples | true / estimated, median | in 0.5 to 2 | predictions "
-         "| first / needed, median | in its interval | at a third / needed, median | in 0.67 to 1.5 | of time, median | in 0.67 to 1.5 |\n"
+         "| first / needed, median | in its interval | at a third / needed, median | in 0.67 to 1.5 "
+         "| of time, median | in 0.67 to 1.5 |\n"
          "|---|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|--:|");
     int ok = 1;
     for (int i = 0; i < SCENES && ok; i++)

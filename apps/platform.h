@@ -1,6 +1,6 @@
 /* platform.h -- what the programs ask of the operating system beyond what the library does (lib/platform.h, included
- * here). platform_posix.c and platform_windows.c implement it, and no other file of apps/ may call POSIX, GNU or Windows
- * (`make check-platform`). */
+ * here). platform_posix.c and platform_windows.c implement it, and no other file of apps/ may call POSIX, GNU or
+ * Windows (`make check-platform`). */
 #ifndef APPS_PLATFORM_H
 #define APPS_PLATFORM_H
 

@@ -1,8 +1,8 @@
 /* bsdf_thin_dielectric.h -- a pane of a transparent medium, too thin to shift what is seen through it.
  *
- * Of what is not reflected at the first of its two parallel faces, all of the reflections back and forth between them add
- * up, as a geometric series: with R of one face, R + (1 - R)^2 R / (1 - R^2) = 2 R / (1 + R) is reflected in all, and the
- * rest goes straight on (Born & Wolf, "Principles of Optics", 7.6, without interference). Both sides are alike.
+ * Of what is not reflected at the first of its two parallel faces, all of the reflections back and forth between them
+ * add up, as a geometric series: with R of one face, R + (1 - R)^2 R / (1 - R^2) = 2 R / (1 + R) is reflected in all,
+ * and the rest goes straight on (Born & Wolf, "Principles of Optics", 7.6, without interference). Both sides are alike.
  */
 #ifndef BRUME_BSDF_THIN_DIELECTRIC_H
 #define BRUME_BSDF_THIN_DIELECTRIC_H

@@ -1,10 +1,10 @@
 /* film.h -- adding samples to the film's planes.
  *
  * Sums of radiance are pairs of floats, sum + rest, of which each addition keeps the exact sum but for one rounding of
- * the rest: n samples are off by at most n 2^-47 of the sum of their absolute values, 7e-8 for ten millions. (Plain sums
- * stop at 2^24. A compensation that is only added up, as Neumaier's, grows until it rounds like a plain sum itself: half
- * a percent off after ten million equal samples.) Each pixel's samples are added in the order of their index, whatever
- * the launches, so the film of a seed is the same bits however the work is cut.
+ * the rest: n samples are off by at most n 2^-47 of the sum of their absolute values, 7e-8 for ten millions. (Plain
+ * sums stop at 2^24. A compensation that is only added up, as Neumaier's, grows until it rounds like a plain sum
+ * itself: half a percent off after ten million equal samples.) Each pixel's samples are added in the order of their
+ * index, whatever the launches, so the film of a seed is the same bits however the work is cut.
  */
 #ifndef BRUME_FILM_CL_H
 #define BRUME_FILM_CL_H

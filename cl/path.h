@@ -67,8 +67,8 @@ FN void path_roulette(const scene *s, path *p, real u, mask live) {
 }
 
 /* The film's first-hit channels: found at the first surface that is neither null nor specular, whether or not the fog
- * scatters before it: the guides of a denoiser should have no noise of their own. The film gets them with the sample, or
- * not at all if that is dropped. */
+ * scatters before it: the guides of a denoiser should have no noise of their own. The film gets them with the sample,
+ * or not at all if that is dropped. */
 FN void path_guides(path *p, const surface *at, real t, rgb albedo, mask plain, mask ends) {
     mask record = p->first & plain;
     if (ANY(record)) {

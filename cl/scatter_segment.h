@@ -28,7 +28,7 @@
 /* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow
  * rays. Half a million thin branches take 235, a bunny 36, slats 12, a room 19. None is few enough to pay in pictures,
  * where what differs within a pixel is more than what the rays miss: rays that go together cost 10 ns each at 16 lanes.
- * */
+ */
 #define PLAN_VISITS 24
 #ifndef PLAN_RASTER_VISITS
 #define PLAN_RASTER_VISITS 0
@@ -178,7 +178,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     /* The place on a large or near emitter is noise that more points of the segment don't remove. */
     mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
     /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c).
-     * */
+     */
     int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
     ireal way = planned ? plan_read(s, plan) : I(PLAN_UNKNOWN);
     mask controlled = FALSE_MASK;
@@ -187,7 +187,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         mask smooth = planar & (l->light < I(0)) & !l->met, tried = planar & (way == I(PLAN_INTEGRAL)) & smooth;
         mask now = tried;
         /* First what the plan says is open; then what a walk finds open: where there was no plan, or no exact integral.
-         * */
+         */
         for (int round = 0; round < 2; round++) {
             if (ANY(now)) {
                 integral all = beam_integral(g, l, i, &at->m);

@@ -292,8 +292,8 @@ SIZE_IS(b_params, 336);
 
 /* ---- film ------------------------------------------------------------------------------------------------------- */
 
-/* Planes of one float per pixel slot. A pixel's slot: tile by tile as laid out by lib/film.c. Sums of radiance are pairs
- * of floats (film.h), so that any number of samples adds up and splitting a render never changes the result. */
+/* Planes of one float per pixel slot. A pixel's slot: tile by tile as laid out by lib/film.c. Sums of radiance are
+ * pairs of floats (film.h), so that any number of samples adds up and splitting a render never changes the result. */
 #define FILM_SUM_R 0
 #define FILM_SUM_G 1
 #define FILM_SUM_B 2

@@ -508,7 +508,8 @@ typedef struct brume_progress {
     double fraction;         /* of the work, 0 to 1 */
     double seconds_left;     /* estimate */
     uint64_t samples;        /* done so far, over all pixels */
-    double work;             /* done so far, as time goes by it: samples per pixel, where lanes that wait for others count */
+    double work;             /* done so far, as time goes by it: samples per pixel, lanes that wait for others
+                                counted, too */
     double relmse;           /* estimated error of the picture as it is (see brume_render_stats); < 0: not known yet */
     double relmse_low, relmse_high; /* 95 % confidence */
     /* When the goal (noise threshold, time limit, adaptive sample count) will be reached, in seconds of
@@ -693,8 +694,8 @@ typedef struct brume_picture_desc {
     uint32_t cookie;
     float exposure;       /* PNG: stops, applied before the sRGB curve; 0 */
     brume_tonemap tonemap; /* PNG: curve behind the exposure; NONE */
-    brume_denoise denoise; /* EXR: also write `denoised`; PNG: of that. NONE. If it fails, the picture is written without,
-                              and the failure returned */
+    brume_denoise denoise; /* EXR: also write `denoised`; PNG: of that. NONE. If it fails, the picture is written
+                              without, and the failure returned */
     uint32_t layers;      /* EXR: set of layers to write, 1 << brume_channel each, of channels that the render records;
                              BRUME_LAYERS_RECORDED, the default: all of those, badSamples if there are any */
     uint32_t half;        /* EXR radiance in 16 bits: 0, 1, or 2 for the film's choice; 2 */

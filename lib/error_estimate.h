@@ -56,9 +56,9 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
 
 /* What a pixel's squared errors count for in the picture's relMSE, per channel, times 3 width height:
  * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where the pixels of the 5 x 5 around it differ from each other by
- * more than its own noise (at the edge of a beam their mean is a hundred times the dark ones), and otherwise their mean,
- * of which those that are noisier than others have the smaller part: the linear estimate of least error (Wiener 1949),
- * pixel by pixel. malloc'ed, NULL without memory. */
+ * more than its own noise (at the edge of a beam their mean is a hundred times the dark ones), and otherwise their
+ * mean, of which those that are noisier than others have the smaller part: the linear estimate of least error (Wiener
+ * 1949), pixel by pixel. malloc'ed, NULL without memory. */
 float *brume_error_estimate_weights(const brume_error_estimate *e);
 
 /* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without

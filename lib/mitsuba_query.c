@@ -1,5 +1,5 @@
 /* mitsuba_query.c -- objects as sets of properties that know whether they were used, and the errors at their elements.
- * */
+ */
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
 #include "scene.h"

@@ -1,6 +1,6 @@
 /* platform.h -- what the library asks of the operating system beyond C99 and OpenCL: time, threads, files, the user's
- * folders. platform_posix.c and platform_windows.c implement it, and no other file of the library may call POSIX, GNU or
- * Windows (`make check-platform`).
+ * folders. platform_posix.c and platform_windows.c implement it, and no other file of the library may call POSIX, GNU
+ * or Windows (`make check-platform`).
  *
  * Paths are bytes as fopen takes them. What fails says so by its value and leaves the reason in errno.
  */
@@ -71,14 +71,14 @@ size_t brume_path_folder(const char *path);
 int brume_path_exists(const char *path);
 int brume_path_is_folder(const char *path);
 
-/* Where programs keep what can be made again: $XDG_CACHE_HOME if absolute, else ~/.cache; %LOCALAPPDATA%. malloc'ed; NULL
- * if the environment names none. */
+/* Where programs keep what can be made again: $XDG_CACHE_HOME if absolute, else ~/.cache; %LOCALAPPDATA%. malloc'ed;
+ * NULL if the environment names none. */
 char *brume_path_user_cache(void);
 
 /* ---- files ----------------------------------------------------------------------------------------------------- */
 
-/* Opens a file for writing that must not exist yet, with the permissions that the user asks for, or with `own` for their
- * eyes alone. A descriptor, or < 0: EEXIST if there is one. */
+/* Opens a file for writing that must not exist yet, with the permissions that the user asks for, or with `own` for
+ * their eyes alone. A descriptor, or < 0: EEXIST if there is one. */
 int brume_file_create(const char *path, int own);
 /* All bytes at an offset. 0, or errno: EFBIG beyond what the process may write, never a signal. */
 int brume_file_write_at(int descriptor, const void *bytes, size_t size, uint64_t offset);
@@ -96,7 +96,7 @@ int brume_file_length(FILE *file, uint64_t *out);
  * number has ended. */
 long brume_process_number(void);
 int brume_process_is_gone(long number);
-/* What the network calls this machine; cut off at `size` bytes, with the zero at the end, and empty if it has no name. */
+/* What the network calls this machine, cut off at `size` bytes with the zero at the end; empty if it has no name. */
 void brume_host_name(char *out, size_t size);
 
 /* The whole of a file of `least` to `most` bytes, which then counts as used now (brume_folder_visit). malloc'ed. */
@@ -107,8 +107,8 @@ uint32_t brume_host_number(void);
 /* A new file beside `path`, PATH.PROCESS-HOST-N.tmp, whatever other processes and threads make there. A descriptor, or
  * < 0; *out_name is malloc'ed, NULL on failure. */
 int brume_file_create_beside(const char *path, int own, char **out_name);
-/* Writes a file under such a name, to the disk itself, and then gives it its own: a crash leaves no file or a whole one.
- * 0, or errno. */
+/* Writes a file under such a name, to the disk itself, and then gives it its own: a crash leaves no file or a whole
+ * one. 0, or errno. */
 int brume_file_replace(const char *path, const void *bytes, size_t size, int own);
 
 /* ---- folders --------------------------------------------------------------------------------------------------- */

@@ -1,6 +1,7 @@
 /* measure_difference.c -- how far two pictures of one scene are apart, as from two machines:
  *     measure_difference A.exr B.exr BOUND
- * Differences are relative to the larger of a value and the mean of A. Fails beyond the bound; 0 asks for the same bits. */
+ * Differences are relative to the larger of a value and the mean of A. Fails beyond the bound; 0 asks for the same
+ * bits. */
 #include <math.h>
 #include <stdio.h>
 #include <stdlib.h>

@@ -1,8 +1,10 @@
-/* measure_identity.c SCENE... -- is a scene's picture the same to the bit whatever code is left out of it? `make identity`
- * renders a window of every scene file by the program built for it, at one lane; by that with each feature more, alone;
- * by the generic one; and by both of these at the device's width; and prints a table. Exit status 1: one differs.
+/* measure_identity.c SCENE... -- is a scene's picture the same to the bit whatever code is left out of it? `make
+ * identity` renders a window of every scene file by the program built for it, at one lane; by that with each feature
+ * more, alone; by the generic one; and by both of these at the device's width; and prints a table. Exit status 1: one
+ * differs.
  *
- * test_effects does the same with a few small scenes in seconds; this takes minutes, nearly all of them in the compiler. */
+ * test_effects does the same with a few small scenes in seconds; this takes minutes, nearly all of them in the
+ * compiler. */
 #include <stdio.h>
 #include <string.h>
 

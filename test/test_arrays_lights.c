@@ -1,4 +1,5 @@
-/* test_arrays_lights.c -- the kernels' lights: cones, emitters, and environments' tables against integrals in double. */
+/* test_arrays_lights.c -- the kernels' lights: cones, emitters, and environments' tables against integrals in double.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -1,5 +1,5 @@
-/* test_bad_samples.c -- samples that come out NaN or infinite, planted: each is dropped, counted, and known by its pixel
- * and number; nothing else of the picture changes. */
+/* test_bad_samples.c -- samples that come out NaN or infinite, planted: each is dropped, counted, and known by its
+ * pixel and number; nothing else of the picture changes. */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

@@ -2,8 +2,8 @@
  *
  * In a sphere of area A and reflectance rho each point of the wall sends the same light to every other one. With a lamp
  * at its centre, in no fog or in fog that doesn't absorb, whatever it scatters, the irradiance is P / (A (1 - rho)).
- * The camera stands before the wall and shows rho / pi of that. (A point in fog has no finite variance: rays pass it by as
- * closely as they like. There is a clear pocket around it, or the lamp is a white ball that glows.) Grey fog has no
+ * The camera stands before the wall and shows rho / pi of that. (A point in fog has no finite variance: rays pass it by
+ * as closely as they like. There is a clear pocket around it, or the lamp is a white ball that glows.) Grey fog has no
  * closed form, but the share that it takes of the lamp's light is, by reciprocity, what a camera in the lamp's place
  * sees of that fog when it glows like a black body of radiance 1, and what the walls take adds up to 1.
  */

@@ -1,4 +1,5 @@
-/* test_film.c -- adding up: ten million samples of a pixel, against exact sums, within the bound that cl/film.h states. */
+/* test_film.c -- adding up: ten million samples of a pixel, against exact sums, within the bound that cl/film.h states.
+ */
 #include <math.h>
 #include <setjmp.h>
 #include <stdarg.h>

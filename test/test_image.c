@@ -401,7 +401,8 @@ static void test_unwritable(void **state) {
     assert_non_null(strstr(brume_context_message(context), nowhere));
     /* A folder has the name already. */
     assert_int_equal(mkdir(in_folder("dir.png"), 0777), 0);
-    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0, BRUME_TONEMAP_NONE, NULL), BRUME_ERROR_OUTPUT);
+    assert_int_equal(brume_png_write(context, path_memory, 2, 2, grey, 0, BRUME_TONEMAP_NONE, NULL),
+                     BRUME_ERROR_OUTPUT);
     assert_non_null(strstr(brume_context_message(context), strerror(EISDIR)));
     assert_int_equal(files_in_folder(), 1);
     rmdir(in_folder("dir.png"));
@@ -451,7 +452,8 @@ static void test_full_disk(void **state) {
     assert_int_equal(old.st_size, 3);
     /* With room again it is replaced, and readable by whom the umask allows. */
     mode_t mask = umask(022);
-    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, BRUME_TONEMAP_NONE, NULL), BRUME_OK);
+    assert_int_equal(brume_png_write(context, in_folder("old.png"), SIDE, SIDE, noise, 0, BRUME_TONEMAP_NONE, NULL),
+                     BRUME_OK);
     umask(mask);
     assert_int_equal(stat(path_memory, &old), 0);
     assert_true(old.st_size > 10000);
@@ -476,7 +478,8 @@ static void test_png_comment(void **state) {
     static const float grey[12] = {0.5f};
     static const char wanted[] = "tEXtComment\0incomplete render";
     assert_int_equal(divide_crc((const unsigned char *)"IEND", 4), 0xae426082u); /* as every PNG ends */
-    assert_int_equal(brume_png_write(context, in_folder("c.png"), 2, 2, grey, 0, BRUME_TONEMAP_NONE, "incomplete render"), BRUME_OK);
+    assert_int_equal(
+        brume_png_write(context, in_folder("c.png"), 2, 2, grey, 0, BRUME_TONEMAP_NONE, "incomplete render"), BRUME_OK);
     size_t size;
     char *file = brume_text_read_file(in_folder("c.png"), &size);
     assert_non_null(file);

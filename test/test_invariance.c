@@ -3,8 +3,8 @@
  *
  * Where the telling changes no digit, the pictures have the same bits. Else the pixels' differences, which are
  * independent, must have a mean of 0: over the picture and each quarter of it, per channel, within six of their
- * standard errors (p = 1e-7 each, some hundreds of them in all), and DRIFT for rounding. Each telling has a variant that
- * must be noticed.
+ * standard errors (p = 1e-7 each, some hundreds of them in all), and DRIFT for rounding. Each telling has a variant
+ * that must be noticed.
  */
 #include <stdarg.h>
 #include <stddef.h>

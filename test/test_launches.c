@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "ball.h"
 #include "faults/cl_shim.h"
 #include "open_device.h"
 #include "render.h"
@@ -24,18 +25,7 @@ static int setup(void **state) {
     cl_shim_reset();
     if (open_device(state) != 0) return -1;
     if (!device) return 0;
-    must(brume_scene_create(context, &scene));
-    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    ball.center[2] = 4;
-    must(brume_scene_add_shape(scene, &ball, NULL));
-    brume_light_desc lamp = brume_light_desc_default(BRUME_LIGHT_POINT);
-    must(brume_scene_add_light(scene, &lamp, NULL));
-    brume_sensor_desc sensor = brume_sensor_desc_default();
-    must(brume_scene_set_sensor(scene, &sensor));
-    brume_film_desc film = brume_film_desc_default();
-    film.width = WIDTH;
-    film.height = HEIGHT;
-    must(brume_scene_set_film(scene, &film));
+    scene = ball_scene(context, WIDTH, HEIGHT);
     return 0;
 }
 

@@ -14,7 +14,8 @@
 #include "checkpoints.h"
 
 enum { PARTS = 4 };
-static const uint32_t firsts[PARTS + 1] = {0, 16, 37, 38, 61}; /* no power of two: what a sum loses then shows in the mean */
+/* No power of two in all: what a sum loses then shows in the mean. */
+static const uint32_t firsts[PARTS + 1] = {0, 16, 37, 38, 61};
 static char names[PARTS][64];
 static const char *paths[PARTS];
 
@@ -274,7 +275,8 @@ static brume_scene *beam_of(double power, double away) {
         "<integrator type='volpath'/>"
         "<medium type='homogeneous' id='fog'><float name='sigma_t' value='0.2'/></medium><sensor type='perspective'>"
         "<transform name='to_world'><lookat origin='0,1,5' target='0,1,0' up='0,1,0'/><translate x='$away'/>"
-        "</transform><ref id='fog'/><film type='hdrfilm'><integer name='width' value='48'/><integer name='height' value='30'/>"
+        "</transform><ref id='fog'/><film type='hdrfilm'><integer name='width' value='48'/>"
+        "<integer name='height' value='30'/>"
         "</film></sensor><emitter type='spot'><transform name='to_world'>"
         "<lookat origin='-2,3,1' target='0,1,0' up='0,1,0'/><translate x='$away'/></transform>"
         "<rgb name='intensity' value='$power'/></emitter></scene>";
@@ -330,7 +332,8 @@ static void light_has_a_unit(void **state) {
     }
 }
 
-/* Parts whose arrays are the same, but in units of light or from origins that are not, don't add up, and don't go on. */
+/* Parts whose arrays are the same, but in units of light or from origins that are not, don't add up, and don't go on.
+ */
 static void the_same_numbers_of_other_scenes(void **state) {
     (void)state;
     NEEDS_DEVICE();

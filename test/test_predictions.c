@@ -14,7 +14,7 @@
 #include "render.h"
 
 enum { WIDTH = 64, HEIGHT = 40, MOST = 64 };
-#define SLOW 1e-4 /* seconds of a sample of one pixel: a pass takes longer than a launch may, so that stages have several */
+#define SLOW 1e-4 /* seconds of a sample of one pixel: a pass takes longer than a launch may */
 #define FAST 1e-5
 
 typedef struct told {

@@ -17,6 +17,8 @@
 
 #include <cmocka.h>
 
+#include "ball.h"
+#include "open_device.h"
 #include "program_cache.h"
 #include "sha256.h"
 #include "text.h"
@@ -25,8 +27,6 @@ enum { SIZE = 12, PIXELS = SIZE * SIZE, HEADER = 24 };
 
 static char folder[] = "/tmp/brume-cache-XXXXXX";
 static char cache[64]; /* a folder in it, for the cache to make */
-static brume_context *context;
-static brume_device *device;
 static brume_scene *scene;
 static float from_source[PIXELS * 3];
 
@@ -65,17 +65,7 @@ static int setup(void **state) {
     snprintf(cache, sizeof cache, "%s/a/brume", folder);
     setenv("BRUME_CACHE_DIR", "", 1);
     if (brume_context_create(&context) || brume_device_open(context, BRUME_DEVICE_ANY, &device)) return -1;
-    OK(brume_scene_create(context, &scene));
-    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    ball.center[2] = 4;
-    OK(brume_scene_add_shape(scene, &ball, NULL));
-    brume_light_desc lamp = brume_light_desc_default(BRUME_LIGHT_POINT);
-    OK(brume_scene_add_light(scene, &lamp, NULL));
-    brume_sensor_desc sensor = brume_sensor_desc_default();
-    OK(brume_scene_set_sensor(scene, &sensor));
-    brume_film_desc film = brume_film_desc_default();
-    film.width = film.height = SIZE;
-    OK(brume_scene_set_film(scene, &film));
+    scene = ball_scene(context, SIZE, SIZE);
     assert_int_equal(render_film(from_source).program_cached, 0);
     double sum = 0;
     for (int i = 0; i < PIXELS * 3; i++) sum += from_source[i];

@@ -102,14 +102,6 @@ function first_clause(text) {
 
 # ---- manual page ----
 
-function escape(text) {
-    gsub(/\\/, "\\e", text)
-    gsub(/-/, "\\-", text)
-    sub(/^\./, "\\\\\\&.", text)
-    sub(/^'/, "\\\\\\&'", text)
-    return text
-}
-
 function man_options(c,    i) {
     for (i = 1; i <= option_count[c]; i++) {
         print ".TP"

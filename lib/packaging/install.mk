@@ -21,21 +21,21 @@ $(build)/help.txt: $(build)/render-cli
 	    $(RUN) $< $$command --help || exit 1; \
 	done > $@.tmp && mv $@.tmp $@
 
-from_help = awk -v version=$(version) -v date=$(version_date) -f apps/packaging/render-cli.awk -v what=
+from_help = awk -v version=$(version) -v date=$(version_date) -f lib/packaging/roff.awk -f apps/packaging/render-cli.awk -v what=
 
-$(build)/completions/render-cli.%: $(build)/help.txt apps/packaging/render-cli.awk
+$(build)/completions/render-cli.%: $(build)/help.txt apps/packaging/render-cli.awk lib/packaging/roff.awk
 	@mkdir -p $(@D)
 	$(from_help)$* $< > $@.tmp && mv $@.tmp $@
 
-$(build)/man/render-cli.1: $(build)/help.txt apps/packaging/render-cli.awk
+$(build)/man/render-cli.1: $(build)/help.txt apps/packaging/render-cli.awk lib/packaging/roff.awk
 	@mkdir -p $(@D)
 	$(from_help)man $< > $@.tmp && mv $@.tmp $@
 
 # The pages of section 3 come all at once.
-$(build)/man/brume.3: lib/brume.h lib/packaging/man.awk
+$(build)/man/brume.3: lib/brume.h lib/packaging/man.awk lib/packaging/roff.awk
 	@mkdir -p $(@D)
 	rm -f $(@D)/*.3
-	awk -v out=$(@D) -v version=$(version) -v date=$(version_date) -f lib/packaging/man.awk $<
+	awk -v out=$(@D) -v version=$(version) -v date=$(version_date) -f lib/packaging/roff.awk -f lib/packaging/man.awk $<
 
 completions := $(patsubst %,$(build)/completions/render-cli.%,bash zsh fish)
 to_install := $(build)/$(shared) $(build)/libbrume.a $(build)/render-cli $(build)/man/render-cli.1 \

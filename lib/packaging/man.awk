@@ -1,15 +1,7 @@
 # man.awk -- lib/brume.h as manual pages: brume.3 for what stands before its first heading, brume-NAME.3 for each group
 # below one, and for every function a page that leads to its group's.
-#     awk -v out=FOLDER -v version=0.1.0 -v date=2026-11-30 -f man.awk brume.h
+#     awk -v out=FOLDER -v version=0.1.0 -v date=2026-11-30 -f roff.awk -f man.awk brume.h
 # Comments at the margin become paragraphs; declarations stay as they are, with the comments inside them.
-
-function escape(text) {
-    gsub(/\\/, "\\e", text)
-    gsub(/-/, "\\-", text)
-    sub(/^\./, "\\\\\\&.", text)
-    sub(/^'/, "\\\\\\&'", text)
-    return text
-}
 
 # Prototypes of a group go before its text: both are kept until its end.
 function begin_group(page, what) {

@@ -10,8 +10,8 @@ typedef struct memory_sweep {
     unsigned tried, reported, went_on, lost;
 } memory_sweep;
 
-/* Scene files with includes, meshes and textures in a temporary folder. Returns 0 if there is no way to test, < 0 if the
- * work fails by itself, with the reason on standard error. */
+/* Scene files with includes, meshes and textures in a temporary folder. Returns 0 if there is no way to test, < 0 if
+ * the work fails by itself, with the reason on standard error. */
 int memory_begin(void);
 void memory_end(void);
 

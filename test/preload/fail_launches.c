@@ -1,5 +1,5 @@
-/* clEnqueueNDRangeKernel fails from the call on that the environment counts to (FAIL_LAUNCHES_FROM), as of a device that
- * falls over in the middle of a render. Preloaded into render-cli by a test. */
+/* clEnqueueNDRangeKernel fails from the call on that the environment counts to (FAIL_LAUNCHES_FROM), as of a device
+ * that falls over in the middle of a render. Preloaded into render-cli by a test. */
 #define _GNU_SOURCE
 #define CL_TARGET_OPENCL_VERSION 120
 #include <CL/cl.h>
