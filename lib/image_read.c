@@ -1,4 +1,4 @@
-/* image_read.c -- reading pictures for textures and environments: EXR through OpenEXRCore, the rest through stb_image.
+/* image_read.c -- reading pictures, for scenes and programs: EXR through OpenEXRCore, the rest through stb_image.
  *
  * 8 and 16-bit data is decoded by the exact sRGB curve (IEC 61966-2-1) unless taken raw; EXR and HDR are linear.
  */
@@ -249,3 +249,19 @@ brume_result brume_image_read(brume_context *context, const char *path, int raw,
     free(bytes);
     return result;
 }
+
+brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width, uint32_t *out_height,
+                                float **out_rgb) {
+    if (!context) return BRUME_ERROR_ARGUMENT;
+    if (!path || !out_width || !out_height || !out_rgb)
+        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_picture_read: NULL argument");
+    brume_image image;
+    brume_result result = brume_image_read(context, path, 0, NULL, &image);
+    if (result != BRUME_OK) return result;
+    *out_width = image.width;
+    *out_height = image.height;
+    *out_rgb = image.texels;
+    return BRUME_OK;
+}
+
+void brume_picture_free(float *rgb) { free(rgb); }

@@ -1,6 +1,6 @@
 /* mitsuba_scene.c -- brume_scene_load: the top level of a Mitsuba 3 scene.
  *
- * The file becomes a tree (xml_tree.c); each object of it is handed to its reader, which adds to the scene through the
+ * The file becomes a tree (xml_parse.c); each object of it is handed to its reader, which adds to the scene through the
  * calls that an embedder uses.
  */
 #include "mitsuba.h"

@@ -1,13 +1,13 @@
-/* picture.c -- which channels and attributes a picture file gets; and reading one. */
+/* picture.c -- which channels and attributes a picture file gets. */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
 
+#include "../cl/shared.h"
 #include "effects.h"
 #include "image.h"
 #include "picture.h"
 #include "platform.h"
-#include "render.h"
 
 enum { PICTURE_COOKIE = 0x62720002, MAX_CHANNELS = 32, MAX_ATTRIBUTES = 24 };
 
@@ -92,17 +92,6 @@ static brume_exr_attribute int_attribute(const char *name, uint32_t value) {
 static brume_exr_attribute float_attribute(const char *name, double value) {
     brume_exr_attribute a = {.name = name, .type = BRUME_EXR_FLOAT, .number = (float)value};
     return a;
-}
-
-void brume_render_world_to_ndc(const brume_render *render, float out[16]) {
-    const float *m = render->world_to_camera;
-    const b_params *p = &render->params;
-    for (int c = 0; c < 4; c++) {
-        out[c] = -m[c] / p->tan_x; /* the camera's x points to the left */
-        out[4 + c] = m[4 + c] / p->tan_y;
-        out[8 + c] = m[8 + c];
-        out[12 + c] = m[8 + c];
-    }
 }
 
 /* `denoised`: NULL for none. */
@@ -215,39 +204,3 @@ brume_result brume_picture_write(const brume_picture_source *from, const char *c
     if (dot && brume_same_letters(dot, ".png")) return write_denoised(from, path, &desc, write_png);
     return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: expected a name ending in .exr or .png", path);
 }
-
-static brume_result read_render(void *of, brume_channel channel, float *out, size_t count) {
-    return brume_render_read(of, channel, out, count);
-}
-
-static brume_result denoise_render(void *of, brume_denoise what, float *rgb) {
-    return brume_render_denoise(of, what, rgb);
-}
-
-brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc) {
-    if (!render) return BRUME_ERROR_ARGUMENT;
-    brume_picture_source from = {.context = render->device->context, .recorded = brume_render_recorded(render),
-                                 .alpha = render->film.alpha, .half = render->film.half,
-                                 .sampler = (uint32_t)render->params.sampler, .device = render->device->info.name,
-                                 .read = read_render, .denoise = denoise_render, .of = render};
-    brume_render_get_stats(render, &from.stats);
-    memcpy(from.world_to_camera, render->world_to_camera, sizeof from.world_to_camera);
-    brume_render_world_to_ndc(render, from.world_to_ndc);
-    return brume_picture_write(&from, "brume_render_write", path, desc);
-}
-
-brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width, uint32_t *out_height,
-                                float **out_rgb) {
-    if (!context) return BRUME_ERROR_ARGUMENT;
-    if (!path || !out_width || !out_height || !out_rgb)
-        return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_picture_read: NULL argument");
-    brume_image image;
-    brume_result result = brume_image_read(context, path, 0, NULL, &image);
-    if (result != BRUME_OK) return result;
-    *out_width = image.width;
-    *out_height = image.height;
-    *out_rgb = image.texels;
-    return BRUME_OK;
-}
-
-void brume_picture_free(float *rgb) { free(rgb); }

@@ -140,7 +140,7 @@ brume_result brume_render_settle(brume_render *render);
 /* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass_groups. */
 brume_result brume_render_write_schedule(brume_render *render);
 
-/* ---- picture.c ---- */
+/* ---- render_write.c ---- */
 
 /* World to normalised device coordinates: x and y in [-1, 1] over the full picture, y up, after division by depth. */
 void brume_render_world_to_ndc(const brume_render *render, float out[16]);

@@ -8,6 +8,10 @@
 
 #include "context.h"
 
+/* The most that a tree may take, which it takes in blocks of so much. */
+#define XML_MAX_BYTES ((size_t)1 << 29)
+#define XML_BLOCK_BYTES ((size_t)1 << 16)
+
 /* One file of a scene. */
 typedef struct xml_file {
     const char *name;                /* as opened, as errors show it */
@@ -59,6 +63,7 @@ const char *xml_attribute_value(const xml_node *node, const char *name);
 /* Memory that lives as long as the tree; NULL when it or the tree's budget runs out. */
 void *xml_tree_alloc(xml_tree *tree, size_t size);
 char *xml_tree_copy(xml_tree *tree, const char *text, size_t length);
+char *xml_tree_join(xml_tree *tree, const char *folder, const char *name);
 
 /* Where the file that `name`, written in `file`, stands for is: in the <path> folders, the folder of `file` and of
  * those that include it, or the working directory. If nowhere, the place next to `file`, so that opening it fails with
