@@ -16,13 +16,4 @@ int child_run(child_result *result, const char *folder, const char *const *argv,
 int child_run_line(child_result *result, const char *folder, const char *const *first, const char *line,
                    const char *signal_after, int number);
 
-/* Fails the running test unless the child printed one line of render-cli's errors, and nothing else on its standard
- * error, with `part` in it. */
-void child_expect_error_line(const child_result *result, const char *part);
-
-/* Whether `text` is one JSON value (RFC 8259), perhaps with white space around it. */
-int json_valid(const char *text);
-/* The text behind "name": in `json`, NULL if there is none. */
-const char *json_member(const char *json, const char *name);
-
 #endif

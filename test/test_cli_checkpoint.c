@@ -16,30 +16,17 @@
 
 #include "brume.h"
 #include "checkpoints.h"
-#include "child.h"
-
-static char program[2 * PATH_MAX], here[PATH_MAX];
-static child_result result;
-
-static int run_until(const char *line, const char *signal_after, int number)
-{
-    const char *const first[] = {program, NULL};
-    return child_run_line(&result, path_of(""), first, line, signal_after, number);
-}
-
-static int run(const char *line)
-{
-    return run_until(line, NULL, 0);
-}
+#include "json_text.h"
+#include "render_cli.h"
 
 /* With a limit of 512 bytes times `blocks` for every file that it writes. */
 static int run_limited(int blocks, const char *line)
 {
     char command[4 * PATH_MAX];
-    snprintf(command, sizeof command, "ulimit -f %d; exec '%s' %s", blocks, program, line);
+    snprintf(command, sizeof command, "ulimit -f %d; exec '%s' %s", blocks, cli_program, line);
     const char *const argv[] = {"/bin/sh", "-c", command, NULL};
-    assert_true(child_run(&result, path_of(""), argv, NULL, 0));
-    return result.status;
+    assert_true(child_run(&cli, cli_folder, argv, NULL, 0));
+    return cli.status;
 }
 
 static void expect_same_file(const char *a, const char *b)
@@ -74,16 +61,16 @@ static int exists(const char *name)
 static void usage_errors(void **state)
 {
     (void)state;
-    assert_int_equal(run("scene.xml --resume"), 2);
-    child_expect_error_line(&result, "--resume needs --checkpoint");
-    assert_int_equal(run("scene.xml --checkpoint-interval 5"), 2);
-    child_expect_error_line(&result, "--checkpoint-interval needs --checkpoint");
-    assert_int_equal(run("scene.xml --checkpoint a.exr -o a.exr"), 2);
-    child_expect_error_line(&result, "both");
-    assert_int_equal(run("scene.xml --checkpoint state --checkpoint-interval 0"), 2);
+    assert_int_equal(cli_run("scene.xml --resume"), 2);
+    cli_expect_error_line("--resume needs --checkpoint");
+    assert_int_equal(cli_run("scene.xml --checkpoint-interval 5"), 2);
+    cli_expect_error_line("--checkpoint-interval needs --checkpoint");
+    assert_int_equal(cli_run("scene.xml --checkpoint a.exr -o a.exr"), 2);
+    cli_expect_error_line("both");
+    assert_int_equal(cli_run("scene.xml --checkpoint state --checkpoint-interval 0"), 2);
     /* Where it can't be written is found out before the scene is read, which isn't there. */
-    assert_int_equal(run("missing.xml --checkpoint no/such/folder/state"), 6);
-    child_expect_error_line(&result, "no/such/folder/state");
+    assert_int_equal(cli_run("missing.xml --checkpoint no/such/folder/state"), 6);
+    cli_expect_error_line("no/such/folder/state");
 }
 
 /* What a run is asked for: as much work as the machine can't do before its first report. */
@@ -101,15 +88,15 @@ static int kill_and_go_on(const goal *g, double value)
     int kills = 0;
     snprintf(line, sizeof line, "scene.xml %s %.15g %s -o parts.exr -o parts.png --checkpoint state --resume "
              "--checkpoint-interval 0.01 --progress=json", g->option, value, g->adaptive);
-    while (kills < MOST_KILLS && run_until(line, "\"event\":\"checkpoint\"", SIGKILL) == 1000 + SIGKILL) {
+    while (kills < MOST_KILLS && cli_run_until(line, "\"event\":\"checkpoint\"", SIGKILL) == 1000 + SIGKILL) {
         kills++;
         assert_true(exists("state"));
         assert_false(exists("parts.exr"));
     }
     if (kills == MOST_KILLS)
-        assert_int_equal(run(line), 0);
+        assert_int_equal(cli_run(line), 0);
     else
-        assert_int_equal(result.status, 0);
+        assert_int_equal(cli.status, 0);
     return kills;
 }
 
@@ -130,7 +117,7 @@ static void killed_and_gone_on(void **state)
         }
         snprintf(line, sizeof line, "scene.xml %s %.15g %s -o whole.exr -o whole.png", goals[i].option, value,
                  goals[i].adaptive);
-        assert_int_equal(run(line), 0);
+        assert_int_equal(cli_run(line), 0);
         expect_same_picture("whole.exr", "parts.exr");
         expect_same_file("whole.png", "parts.png");
         remove(path_of("parts.exr"));
@@ -144,20 +131,20 @@ static void stopped_and_refused(void **state)
 {
     (void)state;
     NEEDS_DEVICE();
-    assert_int_equal(run_until("scene.xml --spp 4000000 -o a.exr --checkpoint state --progress=json",
-                               "\"event\":\"progress\"", SIGINT), 130);
+    assert_int_equal(cli_run_until("scene.xml --spp 4000000 -o a.exr --checkpoint state --progress=json",
+                                   "\"event\":\"progress\"", SIGINT), 130);
     assert_true(exists("state"));
     size_t size;
     unsigned char *bytes = read_whole(path_of("state"), &size);
 
-    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state"), 2);
-    child_expect_error_line(&result, "--resume goes on from it");
-    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume --seed 8"), 7);
-    child_expect_error_line(&result, "seed");
-    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume -D fog=0.3"), 7);
-    child_expect_error_line(&result, "scene is another one");
-    assert_int_equal(run("gone.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 3);
-    child_expect_error_line(&result, "gone.xml");
+    assert_int_equal(cli_run("scene.xml --spp 4000000 -o a.exr --checkpoint state"), 2);
+    cli_expect_error_line("--resume goes on from it");
+    assert_int_equal(cli_run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume --seed 8"), 7);
+    cli_expect_error_line("seed");
+    assert_int_equal(cli_run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume -D fog=0.3"), 7);
+    cli_expect_error_line("scene is another one");
+    assert_int_equal(cli_run("gone.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 3);
+    cli_expect_error_line("gone.xml");
     size_t now;
     unsigned char *still = read_whole(path_of("state"), &now);
     assert_int_equal(now, size);
@@ -166,8 +153,8 @@ static void stopped_and_refused(void **state)
 
     bytes[size / 2] ^= 1;
     write_whole(path_of("state"), bytes, size);
-    assert_int_equal(run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 7);
-    child_expect_error_line(&result, "damaged");
+    assert_int_equal(cli_run("scene.xml --spp 4000000 -o a.exr --checkpoint state --resume"), 7);
+    cli_expect_error_line("damaged");
     free(bytes);
     remove(path_of("state"));
 }
@@ -177,13 +164,13 @@ static void full_disk(void **state)
 {
     (void)state;
     NEEDS_DEVICE();
-    assert_int_equal(run("scene.xml --spp 8 -o before.exr --checkpoint state"), 0);
+    assert_int_equal(cli_run("scene.xml --spp 8 -o before.exr --checkpoint state"), 0);
     size_t size, now;
     unsigned char *bytes = read_whole(path_of("state"), &size);
     assert_true(size > 60000);
     remove(path_of("a.png"));
     assert_int_equal(run_limited(60, "scene.xml --spp 32 -o a.png --checkpoint state --resume"), 6);
-    child_expect_error_line(&result, "state: File too large");
+    cli_expect_error_line("state: File too large");
     assert_true(exists("a.png"));
     unsigned char *still = read_whole(path_of("state"), &now);
     assert_int_equal(now, size);
@@ -198,7 +185,7 @@ static void full_disk(void **state)
         snprintf(line, sizeof line, "scene.xml --spp %d -o a.png --checkpoint state --resume "
                  "--checkpoint-interval 0.01", spp);
         assert_int_equal(run_limited(60, line), 6);
-        warning = strstr(result.err, "warning: state: File too large");
+        warning = strstr(cli.err, "warning: state: File too large");
     }
     assert_null(strstr(warning + 1, "warning"));
     remove(path_of("state"));
@@ -210,23 +197,24 @@ static void failed_and_gone_on(void **state)
     (void)state;
     NEEDS_DEVICE();
     char shim[2 * PATH_MAX];
-    snprintf(shim, sizeof shim, "%.*s/fail_launches.so", (int)(strrchr(program, '/') - program), program);
+    snprintf(shim, sizeof shim, "%.*s/fail_launches.so", (int)(strrchr(cli_program, '/') - cli_program),
+             cli_program);
     if (access(shim, R_OK) != 0)
         skip();
-    assert_int_equal(run("scene.xml --spp 64 --lanes 1 -o whole.exr"), 0);
+    assert_int_equal(cli_run("scene.xml --spp 64 --lanes 1 -o whole.exr"), 0);
     remove(path_of("parts.exr"));
     setenv("LD_PRELOAD", shim, 1);
     setenv("FAIL_LAUNCHES_FROM", "6", 1);
-    int code = run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state");
+    int code = cli_run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state");
     setenv("FAIL_LAUNCHES_FROM", "1", 1);
-    int at_once = run("scene.xml --spp 64 --lanes 1 -o none.exr");
+    int at_once = cli_run("scene.xml --spp 64 --lanes 1 -o none.exr");
     unsetenv("FAIL_LAUNCHES_FROM");
     unsetenv("LD_PRELOAD");
     assert_int_equal(at_once, 1);
     assert_false(exists("none.exr")); /* nothing has been rendered */
     assert_int_equal(code, 1);
     assert_true(exists("parts.exr") && exists("state"));
-    assert_int_equal(run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state --resume"), 0);
+    assert_int_equal(cli_run("scene.xml --spp 64 --lanes 1 -o parts.exr --checkpoint state --resume"), 0);
     expect_same_picture("whole.exr", "parts.exr");
     remove(path_of("state"));
 }
@@ -236,39 +224,39 @@ static void merging(void **state)
 {
     (void)state;
     NEEDS_DEVICE();
-    assert_int_equal(run("merge"), 2);
-    child_expect_error_line(&result, "no checkpoints");
-    assert_int_equal(run("merge a"), 2);
-    child_expect_error_line(&result, "no -o FILE");
-    assert_int_equal(run("merge a -o a.jpg"), 2);
-    assert_int_equal(run("merge a -o a.exr --spp 4"), 2);
-    assert_int_equal(run("merge a -o no/such/folder/a.exr"), 6);
-    assert_int_equal(run("merge a -o a.exr"), 7);
-    child_expect_error_line(&result, "a: No such file");
-    assert_int_equal(run("merge scene.xml -o a.exr"), 7);
-    child_expect_error_line(&result, "is not a checkpoint");
+    assert_int_equal(cli_run("merge"), 2);
+    cli_expect_error_line("no checkpoints");
+    assert_int_equal(cli_run("merge a"), 2);
+    cli_expect_error_line("no -o FILE");
+    assert_int_equal(cli_run("merge a -o a.jpg"), 2);
+    assert_int_equal(cli_run("merge a -o a.exr --spp 4"), 2);
+    assert_int_equal(cli_run("merge a -o no/such/folder/a.exr"), 6);
+    assert_int_equal(cli_run("merge a -o a.exr"), 7);
+    cli_expect_error_line("a: No such file");
+    assert_int_equal(cli_run("merge scene.xml -o a.exr"), 7);
+    cli_expect_error_line("is not a checkpoint");
 
-    assert_int_equal(run("scene.xml --spp 24 -o whole.png"), 0);
-    assert_int_equal(run("scene.xml --sample-range 0:8 -o part.png --checkpoint a"), 0);
-    assert_int_equal(run("scene.xml --sample-range 8:24 -o part.png --checkpoint b"), 0);
-    assert_int_equal(run("merge b a -o a.png -o a.exr --stats=json"), 0);
-    assert_string_equal(result.err, "");
-    assert_true(json_valid(result.out));
-    assert_int_equal(strtol(json_member(result.out, "samples"), NULL, 10), 24 * COUNT);
+    assert_int_equal(cli_run("scene.xml --spp 24 -o whole.png"), 0);
+    assert_int_equal(cli_run("scene.xml --sample-range 0:8 -o part.png --checkpoint a"), 0);
+    assert_int_equal(cli_run("scene.xml --sample-range 8:24 -o part.png --checkpoint b"), 0);
+    assert_int_equal(cli_run("merge b a -o a.png -o a.exr --stats=json"), 0);
+    assert_string_equal(cli.err, "");
+    assert_true(json_valid(cli.out));
+    assert_int_equal(strtol(json_member(cli.out, "samples"), NULL, 10), 24 * COUNT);
     expect_same_file("whole.png", "a.png"); /* 8 bits: what differs by a last bit is the same */
     if (access("/dev/full", W_OK) == 0) {
-        assert_int_equal(run("merge b a -o a.png --stats=json:/dev/full"), 6);
-        child_expect_error_line(&result, "statistics could not be written");
+        assert_int_equal(cli_run("merge b a -o a.png --stats=json:/dev/full"), 6);
+        cli_expect_error_line("statistics could not be written");
     }
-    assert_int_equal(run("merge a a -o a.png"), 7);
-    child_expect_error_line(&result, "both hold samples 0 to 7");
-    assert_int_equal(run("merge b -o a.png"), 7);
-    child_expect_error_line(&result, "samples are missing: 0 to 7");
-    assert_int_equal(run("merge b -o a.png --sample-range 8:24"), 0);
-    assert_int_equal(run("merge a -o a.png --sample-range 0:24"), 7);
-    child_expect_error_line(&result, "samples are missing: 8 to 23");
-    assert_int_equal(run("merge a -o a.png --sample-range 0:24 --partial"), 0);
-    assert_non_null(strstr(result.err, "warning: samples are missing: 8 to 23"));
+    assert_int_equal(cli_run("merge a a -o a.png"), 7);
+    cli_expect_error_line("both hold samples 0 to 7");
+    assert_int_equal(cli_run("merge b -o a.png"), 7);
+    cli_expect_error_line("samples are missing: 0 to 7");
+    assert_int_equal(cli_run("merge b -o a.png --sample-range 8:24"), 0);
+    assert_int_equal(cli_run("merge a -o a.png --sample-range 0:24"), 7);
+    cli_expect_error_line("samples are missing: 8 to 23");
+    assert_int_equal(cli_run("merge a -o a.png --sample-range 0:24 --partial"), 0);
+    assert_non_null(strstr(cli.err, "warning: samples are missing: 8 to 23"));
     remove(path_of("a"));
     remove(path_of("b"));
 }
@@ -288,15 +276,11 @@ static int setup(void **state)
         "</transform><rgb name='intensity' value='60'/></emitter>\n"
         "<shape type='sphere'><point name='center' x='0' y='1' z='0'/></shape>\n"
         "</scene>\n";
-    const char *build = getenv("BRUME_BUILD");
-    if (!build)
-        build = "build";
-    if (open_checkpoints(state) != 0 || !getcwd(here, sizeof here))
+    if (open_checkpoints(state) != 0 || cli_find() != 0)
         return -1;
-    snprintf(program, sizeof program, "%s%s%s/render-cli", build[0] == '/' ? "" : here, build[0] == '/' ? "" : "/",
-             build);
+    snprintf(cli_folder, sizeof cli_folder, "%s", path_of(""));
     write_whole(path_of("scene.xml"), scene, strlen(scene));
-    return access(program, X_OK);
+    return 0;
 }
 
 int main(void)

@@ -12,12 +12,8 @@
 
 #include <cmocka.h>
 
-#include "child.h"
 #include "planted.h"
-
-static char program[2 * PATH_MAX];
-static char folder[] = "/tmp/test-cli-debug-XXXXXX";
-static child_result result;
+#include "render_cli.h"
 
 static const char name[] = "it's fog.xml"; /* a name that a shell would take apart */
 static const char scene[] =
@@ -34,21 +30,19 @@ static const char scene[] =
 
 static void the_warning_s_command_explains_the_sample(void **state) {
     (void)state;
-    const char *const list[] = {program, "--list-devices", NULL};
-    child_run(&result, folder, list, NULL, 0);
-    if (result.status != 0) skip();
+    if (!cli_has_device()) skip();
 
-    const char *const render[] = {program, name, "-o", "a.exr", "-Dwidth=20", "--seed", "5", "--spp", "8",
+    const char *const render[] = {cli_program, name, "-o", "a.exr", "-Dwidth=20", "--seed", "5", "--spp", "8",
                                   "--crop", "2,12,1,9", "--without", "anisotropy", "-v", NULL};
-    assert_true(child_run(&result, folder, render, NULL, 0));
-    assert_int_equal(result.status, 0);
-    assert_null(strstr(result.err, "warning"));
+    assert_true(child_run(&cli, cli_folder, render, NULL, 0));
+    assert_int_equal(cli.status, 0);
+    assert_null(strstr(cli.err, "warning"));
     planted_bug("path_state.h", "    p.radiance = cgrey(R(0));",
                 "    p.radiance = cgrey(((x == I(5)) & (y == I(3)) & (to_ireal(sample) == I(6))) ? REAL_NAN : R(0));");
-    assert_true(child_run(&result, folder, render, NULL, 0));
-    assert_int_equal(result.status, 0);
-    assert_non_null(strstr(result.err, "warning: 1 samples came out NaN or infinite"));
-    const char *shown = strstr(result.err, "is shown by: ");
+    assert_true(child_run(&cli, cli_folder, render, NULL, 0));
+    assert_int_equal(cli.status, 0);
+    assert_non_null(strstr(cli.err, "warning: 1 samples came out NaN or infinite"));
+    const char *shown = strstr(cli.err, "is shown by: ");
     assert_non_null(shown);
 
     char command[4 * PATH_MAX];
@@ -56,50 +50,38 @@ static void the_warning_s_command_explains_the_sample(void **state) {
     assert_non_null(strstr(command, "--debug-sample=5,3,6"));
     assert_null(strstr(command, "spp"));
     const char *const replay[] = {"/bin/sh", "-c", command, NULL};
-    assert_true(child_run(&result, folder, replay, NULL, 0));
+    assert_true(child_run(&cli, cli_folder, replay, NULL, 0));
     planted_remove();
-    assert_int_equal(result.status, 0);
-    assert_string_equal(result.err, "");
-    assert_ptr_equal(strstr(result.out, "sample 6 of pixel 5, 3, in float\n"), result.out);
-    assert_non_null(strstr(result.out, "   <- here\n"));
-    assert_non_null(strstr(result.out, "radiance: not finite; a picture drops this sample\n"));
+    assert_int_equal(cli.status, 0);
+    assert_string_equal(cli.err, "");
+    assert_ptr_equal(strstr(cli.out, "sample 6 of pixel 5, 3, in float\n"), cli.out);
+    assert_non_null(strstr(cli.out, "   <- here\n"));
+    assert_non_null(strstr(cli.out, "radiance: not finite; a picture drops this sample\n"));
 
     /* Without the planted error nothing is wrong with it. */
-    assert_true(child_run(&result, folder, replay, NULL, 0));
-    assert_int_equal(result.status, 0);
-    assert_null(strstr(result.out, "<- here"));
-    assert_non_null(strstr(result.out, "radiance, as the film gets it: ("));
+    assert_true(child_run(&cli, cli_folder, replay, NULL, 0));
+    assert_int_equal(cli.status, 0);
+    assert_null(strstr(cli.out, "<- here"));
+    assert_non_null(strstr(cli.out, "radiance, as the film gets it: ("));
 
-    snprintf(command, sizeof command, "%s \"%s\" --debug-sample 24,0,0", program, name);
-    assert_true(child_run(&result, folder, replay, NULL, 0));
-    assert_int_equal(result.status, 2);
-    child_expect_error_line(&result, "outside the film of 24 x 12");
+    snprintf(command, sizeof command, "%s \"%s\" --debug-sample 24,0,0", cli_program, name);
+    assert_true(child_run(&cli, cli_folder, replay, NULL, 0));
+    assert_int_equal(cli.status, 2);
+    cli_expect_error_line("outside the film of 24 x 12");
 }
 
 static int setup(void **state) {
     (void)state;
-    const char *build = getenv("BRUME_BUILD");
-    char here[PATH_MAX], path[PATH_MAX];
-    if (!build) build = "build";
-    if (!getcwd(here, sizeof here)) return 1;
-    const char *parent = build[0] == '/' ? "" : here;
-    snprintf(program, sizeof program, "%s%s%s/render-cli", parent, *parent ? "/" : "", build);
-    if (access(program, X_OK) != 0 || !mkdtemp(folder)) return 1;
-    snprintf(path, sizeof path, "%s/%s", folder, name);
-    FILE *file = fopen(path, "w");
-    return !file || fputs(scene, file) < 0 || fclose(file) != 0;
+    if (cli_open(NULL) != 0) return 1;
+    cli_write(name, scene);
+    return 0;
 }
 
 static int teardown(void **state) {
     static const char *const files[] = {name, "a.exr"};
     (void)state;
     planted_remove();
-    for (size_t i = 0; i < 2; i++) {
-        char path[PATH_MAX];
-        snprintf(path, sizeof path, "%s/%s", folder, files[i]);
-        unlink(path);
-    }
-    return rmdir(folder); /* a sample explained leaves no picture */
+    return cli_close(files, 2); /* a sample explained leaves no picture */
 }
 
 int main(void) {

@@ -18,12 +18,9 @@
 #include <cmocka.h>
 
 #include "brume.h"
-#include "child.h"
+#include "render_cli.h"
 
 enum { WIDTH = 300, HEIGHT = 20, ROOM = 1 << 24 }; /* more than one tile */
-
-static char program[2 * PATH_MAX], folder[] = "/tmp/test-display-XXXXXX";
-static child_result result;
 
 static const char scene[] =
     "<scene version='3.0.0'><integrator type='volpath'/>\n"
@@ -84,9 +81,8 @@ static void close_viewer(viewer *v) {
 /* Renders to NAME.exr and shows it. */
 static void show_to(int port, const char *name, const char *more) {
     char line[200];
-    const char *const first[] = {program, NULL};
     snprintf(line, sizeof line, "scene.xml -o %s.exr --layers none --display-server 127.0.0.1:%d%s", name, port, more);
-    assert_int_equal(child_run_line(&result, folder, first, line, NULL, 0), 0);
+    assert_int_equal(cli_run(line), 0);
 }
 
 static float *picture(const char *name) {
@@ -94,7 +90,7 @@ static float *picture(const char *name) {
     brume_context *context;
     uint32_t width, height;
     float *rgb;
-    snprintf(path, sizeof path, "%s/%s.exr", folder, name);
+    snprintf(path, sizeof path, "%s/%s.exr", cli_folder, name);
     assert_int_equal(brume_context_create(&context), BRUME_OK);
     assert_int_equal(brume_picture_read(context, path, &width, &height, &rgb), BRUME_OK);
     assert_true(width == WIDTH && height == HEIGHT);
@@ -146,20 +142,15 @@ static int updates_in(const unsigned char *bytes, size_t size, float *out) {
     return updates;
 }
 
-static int has_device(void) {
-    const char *const first[] = {program, NULL};
-    return child_run_line(&result, folder, first, "--list-devices", NULL, 0) == 0;
-}
-
 static void a_viewer_gets_the_picture(void **state) {
     (void)state;
-    if (!has_device()) skip();
+    if (!cli_has_device()) skip();
     static float shown[WIDTH * HEIGHT * 3];
     viewer v;
     open_viewer(&v, ROOM);
     show_to(v.port, "a", "");
     close_viewer(&v);
-    assert_null(strstr(result.err, "warning"));
+    assert_null(strstr(cli.err, "warning"));
     int updates = updates_in(v.bytes, v.size, shown);
     assert_true(updates >= 6 && updates % 6 == 0);
     float *written = picture("a");
@@ -179,7 +170,7 @@ static void a_viewer_gets_the_picture(void **state) {
 /* At once, in the middle of a picture, by not reading on, or by not being there. */
 static void a_viewer_that_leaves_harms_nothing(void **state) {
     (void)state;
-    if (!has_device()) skip();
+    if (!cli_has_device()) skip();
     static const size_t most[] = {1, 20000};
     viewer v;
     float *alone = picture("a");
@@ -193,7 +184,7 @@ static void a_viewer_that_leaves_harms_nothing(void **state) {
         brume_picture_free(left);
     }
     show_to(1, "b", ""); /* nobody listens on port 1 */
-    assert_non_null(strstr(result.err, "warning: --display-server 127.0.0.1:1 does not answer"));
+    assert_non_null(strstr(cli.err, "warning: --display-server 127.0.0.1:1 does not answer"));
     float *left = picture("b");
     assert_memory_equal(left, alone, sizeof(float) * WIDTH * HEIGHT * 3);
     brume_picture_free(left);
@@ -201,32 +192,20 @@ static void a_viewer_that_leaves_harms_nothing(void **state) {
     /* Of so large a picture no system's buffers hold the whole: it is noticed after a while. */
     open_viewer(&v, 0);
     show_to(v.port, "b", " -D width=4000 -D height=1000 --spp 1");
-    assert_non_null(strstr(result.err, "has gone; the render goes on without it"));
+    assert_non_null(strstr(cli.err, "has gone; the render goes on without it"));
     close_viewer(&v);
     free(v.bytes);
 }
 
 static int setup(void **state) {
     (void)state;
-    const char *build = getenv("BRUME_BUILD") ? getenv("BRUME_BUILD") : "build";
-    char here[PATH_MAX], path[PATH_MAX];
-    if (!getcwd(here, sizeof here) || !mkdtemp(folder)) return 1;
-    int absolute = build[0] == '/';
-    snprintf(program, sizeof program, "%s%s%s/render-cli", absolute ? "" : here, absolute ? "" : "/", build);
-    snprintf(path, sizeof path, "%s/scene.xml", folder);
-    FILE *file = fopen(path, "w");
-    return !file || fputs(scene, file) < 0 || fclose(file) != 0;
+    return cli_open(scene);
 }
 
 static int teardown(void **state) {
     (void)state;
     static const char *const names[] = {"scene.xml", "a.exr", "b.exr"};
-    for (size_t i = 0; i < 3; i++) {
-        char path[PATH_MAX];
-        snprintf(path, sizeof path, "%s/%s", folder, names[i]);
-        unlink(path);
-    }
-    return rmdir(folder);
+    return cli_close(names, 3);
 }
 
 int main(void) {

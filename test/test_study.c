@@ -14,11 +14,10 @@
 
 #include <cmocka.h>
 
-#include "child.h"
+#include "json_text.h"
+#include "render_cli.h"
 
-static char program[2 * PATH_MAX], checker[2 * PATH_MAX];
-static char folder[] = "/tmp/test-study-XXXXXX"; /* every child's current folder */
-static child_result result;
+static char checker[2 * PATH_MAX];
 
 /* A ball under a spotlight in fog; the file's name is one that HTML has to escape. */
 #define SCENE "a&b<c>.xml"
@@ -36,26 +35,11 @@ static const char scene[] =
     "<shape type='sphere'><point name='center' x='0' y='1' z='0'/></shape>\n"
     "</scene>\n";
 
-static void path_of(const char *name, char out[PATH_MAX])
-{
-    snprintf(out, PATH_MAX, "%s/%s", folder, name);
-}
-
-static void write_file(const char *name, const char *text)
-{
-    char path[PATH_MAX];
-    path_of(name, path);
-    FILE *file = fopen(path, "w");
-    assert_non_null(file);
-    fputs(text, file);
-    assert_int_equal(fclose(file), 0);
-}
-
 /* The whole file, to be freed; NULL if it isn't there. */
 static char *read_file(const char *name)
 {
     char path[PATH_MAX];
-    path_of(name, path);
+    cli_path(path, name);
     FILE *file = fopen(path, "rb");
     if (!file)
         return NULL;
@@ -71,20 +55,13 @@ static char *read_file(const char *name)
 
 static int run_until(const char *line, const char *signal_after, int number)
 {
-    const char *const first[] = {program, "study", SCENE, NULL};
-    return child_run_line(&result, folder, first, line, signal_after, number);
+    const char *const first[] = {cli_program, "study", SCENE, NULL};
+    return child_run_line(&cli, cli_folder, first, line, signal_after, number);
 }
 
 static int run(const char *line)
 {
     return run_until(line, NULL, 0);
-}
-
-static int has_device(void)
-{
-    const char *argv[] = {program, "--list-devices", NULL};
-    assert_true(child_run(&result, folder, argv, NULL, 0));
-    return result.status == 0;
 }
 
 static int count_of(const char *text, const char *part)
@@ -128,11 +105,11 @@ static void usage_errors(void **state)
     };
     for (size_t i = 0; i < sizeof cases / sizeof cases[0]; i++) {
         if (run(cases[i].line) != 2)
-            fail_msg("\"%s\": exit code %d, expected 2", cases[i].line, result.status);
-        child_expect_error_line(&result, cases[i].part);
+            fail_msg("\"%s\": exit code %d, expected 2", cases[i].line, cli.status);
+        cli_expect_error_line(cases[i].part);
     }
     assert_int_equal(run("--help"), 0);
-    assert_non_null(strstr(result.out, "--time-target"));
+    assert_non_null(strstr(cli.out, "--time-target"));
 }
 
 /* Exact, cut, clamped and in double; enough to fill every section of the page. */
@@ -142,10 +119,10 @@ static void usage_errors(void **state)
 static void what_it_writes(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
     assert_int_equal(run(PLAIN " -o plain --progress=json --target 0.01"), 0);
-    assert_non_null(strstr(result.out, "\"event\":\"progress\""));
+    assert_non_null(strstr(cli.out, "\"event\":\"progress\""));
     char *json = read_file("plain/study.json"), *csv = read_file("plain/study.csv");
     char *page = read_file("plain/study.html"), *journal = read_file("plain/study.journal");
     assert_true(json && csv && page && journal);
@@ -189,17 +166,17 @@ static void figures_agree_with_numpy(void **state)
 {
     (void)state;
     char path[PATH_MAX];
-    path_of("plain/study.csv", path);
+    cli_path(path, "plain/study.csv");
     if (access(path, R_OK) != 0)
         skip();
     const char *argv[] = {"/usr/bin/env", "python3", checker, "plain", NULL};
-    assert_true(child_run(&result, folder, argv, NULL, 0));
-    if (result.status == 77 || result.status == 127) {
+    assert_true(child_run(&cli, cli_folder, argv, NULL, 0));
+    if (cli.status == 77 || cli.status == 127) {
         print_message("no numpy: make check-study installs it\n");
         skip();
     }
-    if (result.status != 0)
-        fail_msg("%s%s", result.out, result.err);
+    if (cli.status != 0)
+        fail_msg("%s%s", cli.out, cli.err);
 }
 
 /* Every value of `key` between the setting's name and the next setting; how many there are. */
@@ -225,7 +202,7 @@ static int points_of(const char *json, const char *name, const char *key, double
 static void adaptive_and_without(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
     static const char line[] = "--settings auto,auto+adaptive,auto+without-multiple-scattering --budget 8 -o placed";
     assert_int_equal(run(line), 0);
@@ -260,13 +237,13 @@ static void adaptive_and_without(void **state)
     free(json);
     assert_int_equal(run("--settings auto,auto+adaptive,auto+without-multiple-scattering --budget 8 -o placed "
                          "--without absorption"), 2);
-    child_expect_error_line(&result, "without");
+    cli_expect_error_line("without");
 }
 
 static void another_study_is_refused(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
     char *before = read_file("plain/study.journal");
     assert_non_null(before);
@@ -276,19 +253,19 @@ static void another_study_is_refused(void **state)
     static const char *const parts[] = {"budget", "settings", "size", "seed", "content"};
     for (size_t i = 0; i < sizeof others / sizeof others[0]; i++) {
         assert_int_equal(run(others[i]), 2);
-        child_expect_error_line(&result, parts[i]);
-        child_expect_error_line(&result, "--fresh");
+        cli_expect_error_line(parts[i]);
+        cli_expect_error_line("--fresh");
     }
     char *after = read_file("plain/study.journal");
     assert_string_equal(before, after);
     free(before);
     free(after);
-    write_file("plain/study.journal", "something else\n");
+    cli_write("plain/study.journal", "something else\n");
     assert_int_equal(run(PLAIN " -o plain"), 2);
-    child_expect_error_line(&result, "no journal");
+    cli_expect_error_line("no journal");
     assert_int_equal(run("--settings auto --budget 0.2 -o plain --fresh"), 0);
     assert_int_equal(run("-o " SCENE "/x"), 6);
-    child_expect_error_line(&result, SCENE "/x");
+    cli_expect_error_line(SCENE "/x");
 }
 
 /* Stopped in the middle, and once more in the middle of a line of its journal: what was finished stays as it was, the
@@ -296,11 +273,11 @@ static void another_study_is_refused(void **state)
 static void stopped_and_resumed(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
     static const char line[] = SETTINGS " --budget 6 -o stopped --progress=json";
     assert_int_equal(run_until(line, "\"detail\":\"mis (2 of 6)", SIGINT), 130);
-    assert_non_null(strstr(result.err, "goes on"));
+    assert_non_null(strstr(cli.err, "goes on"));
     char *journal = read_file("stopped/study.journal"), *page = read_file("stopped/study.html");
     char *json = read_file("stopped/study.json");
     assert_true(journal && page && json);
@@ -313,7 +290,7 @@ static void stopped_and_resumed(void **state)
     free(json);
 
     char path[PATH_MAX];
-    path_of("stopped/study.journal", path);
+    cli_path(path, "stopped/study.journal");
     assert_int_equal(truncate(path, (long)strlen(journal) - 9), 0);
     assert_int_equal(run(line), 0);
     char *whole = read_file("stopped/study.journal");
@@ -333,7 +310,7 @@ static void stopped_and_resumed(void **state)
 static void stopped_in_the_reference(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
     assert_int_equal(run_until("--budget 60 -o early --progress=json", "\"event\":\"progress\"", SIGTERM), 143);
     char *page = read_file("early/study.html"), *json = read_file("early/study.json");
@@ -347,11 +324,11 @@ static void stopped_in_the_reference(void **state)
 static void somebody_elses_reference(void **state)
 {
     (void)state;
-    if (!has_device())
+    if (!cli_has_device())
         skip();
-    const char *render[] = {program, SCENE, "-o", "theirs.exr", "--spp", "64", "--seed", "9", NULL};
-    assert_true(child_run(&result, folder, render, NULL, 0));
-    assert_int_equal(result.status, 0);
+    const char *render[] = {cli_program, SCENE, "-o", "theirs.exr", "--spp", "64", "--seed", "9", NULL};
+    assert_true(child_run(&cli, cli_folder, render, NULL, 0));
+    assert_int_equal(cli.status, 0);
     assert_int_equal(run("--settings auto --budget 0.5 -o other --reference theirs.exr"), 0);
     char *json = read_file("other/study.json");
     assert_non_null(json);
@@ -362,39 +339,30 @@ static void somebody_elses_reference(void **state)
     assert_true(error > 0 && error < 1 && light > 0.9 && light < 1.1);
     free(json);
     assert_int_equal(run("--settings auto -o other --reference missing.exr"), 3);
-    child_expect_error_line(&result, "missing.exr");
+    cli_expect_error_line("missing.exr");
     assert_int_equal(run("--settings auto -o other --reference theirs.exr --width 12"), 2);
-    child_expect_error_line(&result, "theirs.exr");
-    const char *square[] = {program, SCENE, "-o", "theirs.exr", "--spp", "1", "--crop", "0,16,0,16", NULL};
-    assert_true(child_run(&result, folder, square, NULL, 0));
+    cli_expect_error_line("theirs.exr");
+    const char *square[] = {cli_program, SCENE, "-o", "theirs.exr", "--spp", "1", "--crop", "0,16,0,16", NULL};
+    assert_true(child_run(&cli, cli_folder, square, NULL, 0));
     assert_int_equal(run("--settings auto -o other --reference theirs.exr"), 2);
-    child_expect_error_line(&result, "16 x 16");
+    cli_expect_error_line("16 x 16");
 }
 
 static int setup(void **state)
 {
     (void)state;
-    const char *build = getenv("BRUME_BUILD");
     char here[PATH_MAX];
-    if (!build)
-        build = "build";
-    if (!getcwd(here, sizeof here))
+    if (!getcwd(here, sizeof here) || cli_open(NULL) != 0)
         return 1;
-    const char *before = build[0] == '/' ? "" : here, *slash = build[0] == '/' ? "" : "/";
-    if (snprintf(program, sizeof program, "%s%s%s/render-cli", before, slash, build) >= (int)sizeof program ||
-        snprintf(checker, sizeof checker, "%s/test/study/check_figures.py", here) >= (int)sizeof checker)
-        return 1;
-    if (access(program, X_OK) != 0 || !mkdtemp(folder))
-        return 1;
-    write_file(SCENE, scene);
-    return 0;
+    cli_write(SCENE, scene);
+    return snprintf(checker, sizeof checker, "%s/test/study/check_figures.py", here) >= (int)sizeof checker;
 }
 
 static int teardown(void **state)
 {
     (void)state;
-    const char *argv[] = {"/usr/bin/env", "rm", "-rf", folder, NULL};
-    return !child_run(&result, "/tmp", argv, NULL, 0) || result.status != 0;
+    const char *argv[] = {"/usr/bin/env", "rm", "-rf", cli_folder, NULL};
+    return !child_run(&cli, "/tmp", argv, NULL, 0) || cli.status != 0;
 }
 
 int main(void)
