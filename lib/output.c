@@ -82,6 +82,7 @@ brume_result brume_output_close(brume_context *context, brume_output *output, in
     output->temporary = NULL;
     output->descriptor = -1;
     if (output->error)
-        return brume_fail(context, BRUME_ERROR_OUTPUT, "%s: %s", output->path, strerror(output->error));
+        return brume_fail(context, output->error == ENOMEM ? BRUME_ERROR_MEMORY : BRUME_ERROR_OUTPUT, "%s: %s",
+                          output->path, strerror(output->error));
     return BRUME_OK;
 }

@@ -25,7 +25,8 @@ int brume_output_write(brume_output *output, const void *bytes, size_t size, uin
 int brume_output_append(brume_output *output, const void *bytes, size_t size);
 
 /* With `keep`, and if every write succeeded, the file gets its name; else the temporary file is removed, and a failed
- * write is reported as BRUME_ERROR_OUTPUT. Releases everything in any case. */
+ * write is reported as BRUME_ERROR_OUTPUT, or BRUME_ERROR_MEMORY if that is what it lacked. Releases everything in any
+ * case. */
 brume_result brume_output_close(brume_context *context, brume_output *output, int keep);
 
 #endif

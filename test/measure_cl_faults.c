@@ -7,7 +7,7 @@
 
 int main(int argc, char **argv) {
     static const char *const words[SESSION_KINDS] = {"with a cached program", "with adaptive sampling",
-                                                     "from source", "with a quick start"};
+                                                     "saved and gone on with", "from source", "with a quick start"};
     unsigned lost = 0;
     int begun = sessions_begin();
     if (begun <= 0) {

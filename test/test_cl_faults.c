@@ -50,6 +50,14 @@ static void test_an_adaptive_render_survives(void **state) {
     expect_nothing_lost(&s, 40);
 }
 
+static void test_a_saved_render_survives(void **state) {
+    (void)state;
+    if (!has_device) skip();
+    sweep s = {0};
+    sweep_some(SESSION_SAVED, &s);
+    expect_nothing_lost(&s, 40);
+}
+
 /* Whatever of a launch has run when the driver reports an error: all, a part, nothing. */
 static void test_launches_are_neither_lost_nor_done_twice(void **state) {
     (void)state;
@@ -83,7 +91,12 @@ static void test_a_device_may_go_and_come_back(void **state) {
         {CL_ENQUEUE_READ_BUFFER, 0, 8, CL_OUT_OF_RESOURCES, CL_LOST},
     };
     for (size_t i = 0; i < sizeof faults / sizeof faults[0]; i++) sweep_one(SESSION_CACHED, &faults[i], &s);
-    expect_nothing_lost(&s, 4);
+    /* While a state is saved, and while a render takes it over. */
+    const cl_fault saving[] = {{CL_GET_MEM_OBJECT_INFO, 0, 1, CL_OUT_OF_RESOURCES, CL_LOST},
+                               {CL_ENQUEUE_WRITE_BUFFER, 0, session_calls(SESSION_SAVED, CL_ENQUEUE_WRITE_BUFFER, 0) / 2,
+                                CL_OUT_OF_RESOURCES, CL_LOST}};
+    for (size_t i = 0; i < sizeof saving / sizeof saving[0]; i++) sweep_one(SESSION_SAVED, &saving[i], &s);
+    expect_nothing_lost(&s, 6);
     assert_int_equal(s.reported, s.tried);
 }
 
@@ -114,6 +127,7 @@ int main(void) {
         cmocka_unit_test(test_builds_survive),
         cmocka_unit_test(test_a_render_survives),
         cmocka_unit_test(test_an_adaptive_render_survives),
+        cmocka_unit_test(test_a_saved_render_survives),
     };
     return cmocka_run_group_tests_name("cl_faults", tests, setup, teardown);
 }

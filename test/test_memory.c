@@ -1,5 +1,6 @@
-/* test_memory.c -- memory that runs out: on the host, at some allocation of loading or rendering, which must end in
- * BRUME_ERROR_MEMORY with nothing left behind; on the device, which is asked before whether there is enough.
+/* test_memory.c -- memory that runs out: on the host, at some allocation of loading, rendering, checkpoints or
+ * merging, which must end in BRUME_ERROR_MEMORY with nothing left behind; on the device, which is asked before whether
+ * there is enough.
  *
  * Allocations of loading are tried in steps here, and all of them by `make trust`.
  */
@@ -51,7 +52,18 @@ static void test_rendering(void **state) {
     sweep(MEMORY_RENDER, 20);
 }
 
+static void test_checkpoints(void **state) {
+    (void)state;
+    sweep(MEMORY_SAVE, 40);
+}
+
+static void test_merging(void **state) {
+    (void)state;
+    sweep(MEMORY_MERGE, 100);
+}
+
 int main(void) {
-    const struct CMUnitTest tests[] = {cmocka_unit_test(test_loading), cmocka_unit_test(test_rendering)};
+    const struct CMUnitTest tests[] = {cmocka_unit_test(test_loading), cmocka_unit_test(test_rendering),
+                                       cmocka_unit_test(test_checkpoints), cmocka_unit_test(test_merging)};
     return cmocka_run_group_tests_name("memory", tests, setup, teardown);
 }

@@ -30,8 +30,8 @@ static __thread int inside;
 
 static const char *const names[CL_FUNCTION_COUNT] = {
     "clGetPlatformIDs", "clGetPlatformInfo", "clGetDeviceIDs", "clGetDeviceInfo", "clCreateContext",
-    "clCreateCommandQueue", "clCreateBuffer", "clCreateProgramWithSource", "clCreateProgramWithBinary",
-    "clBuildProgram", "clGetProgramInfo", "clGetProgramBuildInfo", "clCreateKernel", "clCreateKernelsInProgram",
+    "clCreateCommandQueue", "clCreateBuffer", "clGetMemObjectInfo", "clCreateProgramWithSource",
+    "clCreateProgramWithBinary", "clBuildProgram", "clGetProgramInfo", "clGetProgramBuildInfo", "clCreateKernel", "clCreateKernelsInProgram",
     "clSetKernelArg", "clEnqueueFillBuffer", "clEnqueueReadBuffer", "clEnqueueWriteBuffer",
     "clEnqueueNDRangeKernel", "clFinish", "clReleaseMemObject", "clReleaseKernel", "clReleaseProgram",
     "clReleaseCommandQueue", "clReleaseContext"};
@@ -47,6 +47,7 @@ static const cl_int errors[CL_FUNCTION_COUNT][8] = {
     {CL_DEVICE_NOT_AVAILABLE, CL_INVALID_DEVICE, WANT},
     {CL_INVALID_CONTEXT, CL_INVALID_DEVICE, WANT},
     {CL_INVALID_CONTEXT, CL_INVALID_BUFFER_SIZE, CL_MEM_OBJECT_ALLOCATION_FAILURE, WANT},
+    {CL_INVALID_MEM_OBJECT, WANT},
     {CL_INVALID_CONTEXT, WANT},
     {CL_INVALID_CONTEXT, CL_INVALID_BINARY, WANT},
     {CL_BUILD_PROGRAM_FAILURE, CL_COMPILER_NOT_AVAILABLE, CL_INVALID_BUILD_OPTIONS, CL_INVALID_OPERATION, WANT},
@@ -240,6 +241,8 @@ CREATE(CL_CREATE_COMMAND_QUEUE, cl_command_queue, clCreateCommandQueue,
 CREATE(CL_CREATE_BUFFER, cl_mem, clCreateBuffer,
        (cl_context context, cl_mem_flags flags, size_t size, void *data, cl_int *error),
        (context, flags, size, data, error))
+PLAIN(CL_GET_MEM_OBJECT_INFO, clGetMemObjectInfo,
+      (cl_mem buffer, cl_mem_info what, size_t size, void *value, size_t *needed), (buffer, what, size, value, needed))
 CREATE(CL_CREATE_PROGRAM_WITH_SOURCE, cl_program, clCreateProgramWithSource,
        (cl_context context, cl_uint number, const char **texts, const size_t *lengths, cl_int *error),
        (context, number, texts, lengths, error))

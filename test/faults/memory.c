@@ -1,6 +1,8 @@
 /* memory.c -- see memory.h. */
 #include "memory.h"
 
+#include <fcntl.h>
+#include <math.h>
 #include <stdarg.h>
 #include <stdio.h>
 #include <stdlib.h>
@@ -15,10 +17,12 @@
 
 enum { SIZE = 12, FLOATS = SIZE * SIZE * 3 };
 
-const char *const memory_names[MEMORY_WORKS] = {"loading", "rendering"};
+const char *const memory_names[MEMORY_WORKS] = {"loading a scene", "rendering", "saving and loading a checkpoint",
+                                                "adding up parts"};
 
 static const char *const files[] = {"scene.xml", "part.xml", "tetrahedron.obj", "square.ply", "texture.png", "sky.exr",
-                                    "out.exr", "out.png"};
+                                    "out.exr", "out.png", "state", "again", "a", "b"};
+enum { OUT_EXR = 6, OUT_PNG, STATE, AGAIN, PART_A, PART_B };
 enum { FILES = sizeof files / sizeof files[0] };
 
 static char folder[] = "/tmp/brume-memory-XXXXXX";
@@ -28,7 +32,7 @@ static char paths[FILES][64], cache[64];
 typedef struct answer {
     brume_effect_report effects[BRUME_EFFECT_COUNT];
     brume_film_desc film;
-    double shapes; /* a checksum */
+    double shapes, bytes; /* checksums: of the scene, of a file */
     float pixels[FLOATS], errors[FLOATS];
 } answer;
 
@@ -118,15 +122,97 @@ static brume_result render(answer *out) {
     }
     if (result == BRUME_OK) result = brume_render_read(made, BRUME_CHANNEL_RADIANCE, out->pixels, FLOATS);
     if (result == BRUME_OK) result = brume_render_read(made, BRUME_CHANNEL_ERROR, out->errors, FLOATS);
-    if (result == BRUME_OK) result = brume_render_write(made, paths[6], NULL);
-    if (result == BRUME_OK) result = brume_render_write(made, paths[7], NULL);
+    if (result == BRUME_OK) result = brume_render_write(made, paths[OUT_EXR], NULL);
+    if (result == BRUME_OK) result = brume_render_write(made, paths[OUT_PNG], NULL);
     brume_render_destroy(made);
     return result;
 }
 
+/* Without memory of its own. */
+static double checksum_of(const char *path) {
+    unsigned char bytes[512];
+    double sum = 1;
+    int file = open(path, O_RDONLY);
+    for (ssize_t got; file >= 0 && (got = read(file, bytes, sizeof bytes)) > 0;)
+        for (ssize_t i = 0; i < got; i++) sum = fmod(sum * 257 + bytes[i], 1e9 + 7);
+    if (file >= 0) close(file);
+    return sum;
+}
+
+static brume_render_desc desc_of_states(void) {
+    brume_render_desc desc = brume_render_desc_default();
+    desc.lanes = 1;
+    desc.sample_count = 64;
+    desc.adaptive = BRUME_ADAPTIVE_ON;
+    return desc;
+}
+
+/* A render takes over a state and saves what it has then: the same bytes. */
+static brume_result save(answer *out) {
+    brume_render *made = NULL;
+    brume_render_desc desc = desc_of_states();
+    BRUME_TRY(brume_render_create(device, scene_to_render, &desc, &made));
+    brume_result result = brume_render_load(made, paths[STATE]);
+    if (result == BRUME_OK) result = brume_render_save(made, paths[AGAIN]);
+    if (result == BRUME_OK) result = brume_render_read(made, BRUME_CHANNEL_RADIANCE, out->pixels, FLOATS);
+    if (result == BRUME_OK) out->bytes = checksum_of(paths[AGAIN]);
+    brume_render_destroy(made);
+    return result;
+}
+
+static brume_result merge(brume_context *context, answer *out) {
+    const char *const both[] = {paths[PART_A], paths[PART_B]};
+    brume_merged *merged = NULL;
+    BRUME_TRY(brume_merge(context, both, 2, NULL, &merged));
+    brume_result result = brume_merged_read(merged, BRUME_CHANNEL_RADIANCE, out->pixels, FLOATS);
+    if (result == BRUME_OK) result = brume_merged_write(merged, paths[OUT_EXR], NULL);
+    if (result == BRUME_OK) result = brume_merged_write(merged, paths[OUT_PNG], NULL);
+    if (result == BRUME_OK) out->bytes = checksum_of(paths[OUT_PNG]); /* the EXR tells how long it took */
+    brume_merged_destroy(merged);
+    return result;
+}
+
+/* Works without a device have a context of their own. */
+static int is_hosts(memory_work work) { return work == MEMORY_LOAD || work == MEMORY_MERGE; }
+
 static brume_result do_work(memory_work work, brume_context *context, answer *out) {
     memset(out, 0, sizeof *out);
-    return work == MEMORY_LOAD ? load(context, out) : render(out);
+    switch (work) {
+    case MEMORY_LOAD: return load(context, out);
+    case MEMORY_SAVE: return save(out);
+    case MEMORY_MERGE: return merge(context, out);
+    default: return render(out);
+    }
+}
+
+static int stop_at_once(void *user, const brume_progress *progress) {
+    (void)user;
+    (void)progress;
+    return 1;
+}
+
+/* A state of the middle of an adaptive pass, and two ranges of samples. */
+static brume_result write_states(void) {
+    brume_render *made = NULL;
+    brume_render_desc desc = desc_of_states();
+    brume_result result = brume_render_create(device, scene_to_render, &desc, &made);
+    if (result == BRUME_OK) {
+        made->launch_groups = 50;
+        made->report_seconds = -1;
+        while (!made->ends || !made->groups_done)
+            if (brume_render_run(made, stop_at_once, NULL) != BRUME_CANCELLED) return BRUME_ERROR_ARGUMENT;
+        result = brume_render_save(made, paths[STATE]);
+        brume_render_destroy(made);
+    }
+    desc.adaptive = BRUME_ADAPTIVE_OFF;
+    desc.sample_count = 8;
+    for (int i = 0; i < 2 && result == BRUME_OK; i++, desc.first_sample += 8) {
+        result = brume_render_create(device, scene_to_render, &desc, &made);
+        if (result == BRUME_OK) result = brume_render_run(made, NULL, NULL);
+        if (result == BRUME_OK) result = brume_render_save(made, paths[PART_A + i]);
+        brume_render_destroy(made);
+    }
+    return result;
 }
 
 /* ---- one failure ----------------------------------------------------------------------------------------------- */
@@ -147,8 +233,8 @@ void memory_try(memory_work work, unsigned n, int forever, memory_sweep *s) {
     char who[256];
     brume_context *context = NULL;
     s->tried++;
-    if (work == MEMORY_LOAD && brume_context_create(&context) != BRUME_OK) return;
-    brume_context *speaker = work == MEMORY_LOAD ? context : device->context;
+    if (is_hosts(work) && brume_context_create(&context) != BRUME_OK) return;
+    brume_context *speaker = is_hosts(work) ? context : device->context;
     host_shim_begin(n, forever);
     brume_result result = do_work(work, context, &got);
     host_shim_relent();
@@ -169,9 +255,9 @@ void memory_try(memory_work work, unsigned n, int forever, memory_sweep *s) {
             lose(s, work, n, forever, "asked again: %s: %s", brume_result_name(result),
                  brume_context_message(speaker));
     }
-    if (work == MEMORY_RENDER) brume_fail(speaker, BRUME_OK, "%s", ""); /* its message is in the books */
+    if (!is_hosts(work)) brume_fail(speaker, BRUME_OK, "%s", ""); /* its message is in the books */
     brume_context_destroy(context);
-    size_t left = host_shim_left(who), own = work == MEMORY_RENDER ? 1 : 0;
+    size_t left = host_shim_left(who), own = is_hosts(work) ? 0 : 1;
     host_shim_end();
     if (left > own) lose(s, work, n, forever, "%zu allocations are left, one of %s", left - own, who);
 }
@@ -212,7 +298,8 @@ int memory_begin(void) {
     if (brume_device_count(context, &devices) == BRUME_OK && devices) {
         if (brume_device_open(context, BRUME_DEVICE_ANY, &device) != BRUME_OK ||
             brume_scene_load(context, paths[0], NULL, 0, &scene_to_render) != BRUME_OK ||
-            !measure(MEMORY_RENDER, context))
+            !measure(MEMORY_RENDER, context) || write_states() != BRUME_OK || !measure(MEMORY_SAVE, context) ||
+            !measure(MEMORY_MERGE, context))
             return -1;
     }
     brume_context_destroy(context);

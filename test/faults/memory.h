@@ -1,8 +1,9 @@
-/* memory.h -- loading a scene, and rendering it, while memory runs out at one allocation or from one on. */
+/* memory.h -- loading a scene, rendering it, going on from a checkpoint, and adding up parts, while memory runs out at one
+ * allocation or from one on. */
 #ifndef MEMORY_H
 #define MEMORY_H
 
-typedef enum memory_work { MEMORY_LOAD, MEMORY_RENDER, MEMORY_WORKS } memory_work;
+typedef enum memory_work { MEMORY_LOAD, MEMORY_RENDER, MEMORY_SAVE, MEMORY_MERGE, MEMORY_WORKS } memory_work;
 
 extern const char *const memory_names[MEMORY_WORKS];
 

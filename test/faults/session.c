@@ -13,9 +13,9 @@
 
 enum { WIDTH = 23, HEIGHT = 14, PIXELS = WIDTH * HEIGHT, CHANNELS = 9, SAMPLES = 8, SWAP_AT = 3 };
 /* Seconds per sample of a work-item: several launches a pass, and the same ones every time. */
-static const double speeds[SESSION_KINDS] = {2e-4, 1e-5, 2e-4, 2e-4};
+static const double speeds[SESSION_KINDS] = {2e-4, 1e-5, 1e-5, 2e-4, 2e-4};
 
-const char *const session_names[SESSION_KINDS] = {"cached", "adaptive", "source", "quick"};
+const char *const session_names[SESSION_KINDS] = {"cached", "adaptive", "saved", "source", "quick"};
 
 typedef struct pictures {
     float channels[CHANNELS][3 * PIXELS];
@@ -25,7 +25,7 @@ typedef struct pictures {
 } pictures;
 
 static char folder[] = "/tmp/brume-faults-XXXXXX";
-static char exr[64], png[64], kept[64], fresh[64];
+static char exr[64], png[64], saved[64], kept[64], fresh[64];
 static pictures right[SESSION_KINDS];
 static unsigned calls[SESSION_KINDS][CL_FUNCTION_COUNT][2];
 
@@ -85,6 +85,7 @@ typedef struct session {
     brume_scene *scene;
     brume_render *render;
     int reported;
+    int spoilt;            /* the render is neither here nor there: loading failed on its device */
     char *loss;            /* 256; "" while nothing is lost */
 } session;
 
@@ -100,6 +101,7 @@ static void lose(session *s, const char *format, ...) {
 
 /* Kinds of errors that an OpenCL error may come out as. */
 static int suits(const session *s, brume_result result) {
+    if (s->spoilt) return result == BRUME_ERROR_DEVICE;
     switch (s->fault->code) {
     case CL_MEM_OBJECT_ALLOCATION_FAILURE:
     case CL_OUT_OF_HOST_MEMORY:
@@ -142,13 +144,43 @@ static void prepare_cache(session_kind kind) {
     setenv("BRUME_CACHE_DIR", kind == SESSION_SOURCE ? fresh : kind == SESSION_QUICK ? "" : kept, 1);
 }
 
+static int stop_at_once(void *user, const brume_progress *progress) {
+    (void)user;
+    (void)progress;
+    return 1;
+}
+
+/* Of a pass that goes where the error is. */
+static brume_result run_to_the_middle(brume_render *render) {
+    render->launch_groups = 130;
+    render->report_seconds = -1;
+    while (!render->ends || !render->groups_done) {
+        brume_result result = brume_render_run(render, stop_at_once, NULL);
+        if (result != BRUME_CANCELLED) return result == BRUME_OK ? BRUME_ERROR_ARGUMENT : result;
+    }
+    return BRUME_OK;
+}
+
+/* Where it failed on the device it takes another render. */
+static brume_result load(session *s, const brume_render_desc *desc) {
+    brume_result result = BRUME_OK;
+    if (s->spoilt) {
+        brume_render_destroy(s->render);
+        s->render = NULL;
+        result = brume_render_create(s->device, s->scene, desc, &s->render);
+    }
+    if (result == BRUME_OK) result = brume_render_load(s->render, saved);
+    s->spoilt = result == BRUME_ERROR_DEVICE;
+    return result;
+}
+
 static void work(session *s, pictures *out) {
     brume_render_desc desc = brume_render_desc_default();
     brume_device_info info;
     brume_render_stats stats;
     uint32_t count = 0;
     desc.sample_count = SAMPLES;
-    if (s->kind == SESSION_ADAPTIVE) {
+    if (s->kind == SESSION_ADAPTIVE || s->kind == SESSION_SAVED) {
         desc.sample_count = 256;
         desc.noise_threshold = 2e-3;
         desc.adaptive = BRUME_ADAPTIVE_ON;
@@ -160,6 +192,16 @@ static void work(session *s, pictures *out) {
     STEP("brume_device_open", brume_device_open(s->context, BRUME_DEVICE_ANY, &s->device));
     STEP("brume_render_create", brume_render_create(s->device, s->scene, &desc, &s->render));
     if (s->kind == SESSION_QUICK && s->render->program.awaited) s->render->program.swap_at = SWAP_AT;
+    if (s->kind == SESSION_SAVED) {
+        if (access(saved, F_OK) != 0) {
+            STEP("brume_render_run", run_to_the_middle(s->render));
+            STEP("brume_render_save", brume_render_save(s->render, saved));
+        }
+        brume_render_destroy(s->render);
+        s->render = NULL;
+        STEP("brume_render_create", brume_render_create(s->device, s->scene, &desc, &s->render));
+        STEP("brume_render_load", load(s, &desc));
+    }
     STEP("brume_render_run", brume_render_run(s->render, NULL, NULL));
     for (int channel = 0; channel < CHANNELS; channel++)
         STEP("brume_render_read", brume_render_read(s->render, (brume_channel)channel, out->channels[channel],
@@ -222,9 +264,10 @@ session_end session_with(session_kind kind, const cl_fault *fault, char loss[256
     static pictures got;
     session s = {.kind = kind, .fault = fault, .loss = loss};
     loss[0] = 0;
+    remove(saved);
     run_session(&s, &got);
     int fired = cl_shim_disarm(), reported = s.reported;
-    if (fault->manner == CL_LOST && reported && !loss[0]) { /* the device is back */
+    if (fault->manner == CL_LOST && reported && !loss[0]) { /* the device is back, and what has been saved is there */
         s = (session){.kind = kind, .loss = loss};
         run_session(&s, &got);
     }
@@ -246,13 +289,15 @@ unsigned session_calls(session_kind kind, cl_function function, int in_thread) {
 /* ---- before and after ------------------------------------------------------------------------------------------ */
 
 int sessions_begin(void) {
-    static const session_kind order[SESSION_KINDS] = {SESSION_SOURCE, SESSION_QUICK, SESSION_CACHED, SESSION_ADAPTIVE};
+    static const session_kind order[SESSION_KINDS] = {SESSION_SOURCE, SESSION_QUICK, SESSION_CACHED, SESSION_ADAPTIVE,
+                                                      SESSION_SAVED};
     char loss[256] = "";
     brume_context *context = NULL;
     uint32_t devices = 0;
     if (!mkdtemp(folder)) return -1;
     snprintf(exr, sizeof exr, "%s/picture.exr", folder);
     snprintf(png, sizeof png, "%s/picture.png", folder);
+    snprintf(saved, sizeof saved, "%s/state", folder);
     snprintf(kept, sizeof kept, "%s/kept", folder);
     snprintf(fresh, sizeof fresh, "%s/fresh", folder);
     if (brume_context_create(&context) == BRUME_OK) brume_device_count(context, &devices);
@@ -265,6 +310,12 @@ int sessions_begin(void) {
         run_session(&s, &right[order[i]]);
         for (int f = 0; f < CL_FUNCTION_COUNT; f++)
             for (int t = 0; t < 2; t++) calls[order[i]][f][t] = cl_shim_calls((cl_function)f, t);
+        if (order[i] == SESSION_SAVED) { /* broken off, or not */
+            static pictures both;
+            both = right[SESSION_SAVED];
+            right[SESSION_SAVED] = right[SESSION_ADAPTIVE];
+            if (!loss[0]) compare(&s, &both);
+        }
     }
     if (loss[0]) fprintf(stderr, "without faults: %s\n", loss);
     return loss[0] ? -1 : 1;

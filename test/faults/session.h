@@ -9,6 +9,7 @@
 typedef enum session_kind {
     SESSION_CACHED,   /* the program comes from the cache */
     SESSION_ADAPTIVE, /* so does it, and samples go where the error is, until it is low enough */
+    SESSION_SAVED,    /* the same, broken off in the middle of a pass, and gone on with in another render, from a file */
     SESSION_SOURCE,   /* it is built from source, and put into the cache */
     SESSION_QUICK,    /* a thread builds it, while a narrow one renders */
     SESSION_KINDS
