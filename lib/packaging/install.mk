@@ -1,6 +1,6 @@
-# make install PREFIX=/usr/local DESTDIR=...   the library, its header, render-cli, their manual pages and completions
-# make uninstall                               the same files, gone
-# make check-install                           installed into temporary folders, used from C, C++ and CMake, removed
+# install.mk -- what is installed, and other machines. Included by the Makefile.
+
+##@ Installing
 
 PREFIX ?= /usr/local
 prefix ?= $(PREFIX)
@@ -48,33 +48,40 @@ place = DESTDIR='$(DESTDIR)' prefix='$(prefix)' bindir='$(bindir)' libdir='$(lib
         static_libraries='$(patsubst -l%,%,$(static_libraries))' sh lib/packaging/install.sh
 
 .PHONY: install uninstall check-install check-completions
+## install: the library, its header, render-cli, manual pages, completions; PREFIX=/usr/local, DESTDIR=
 install: $(to_install)
 	@$(place) install $(build)
 	@echo "installed into $(DESTDIR)$(prefix)"
 
+## uninstall: the same files, gone
 uninstall: $(build)/man/brume.3
 	@$(place) uninstall $(build)
 
+## check-install: installed into temporary folders, used from C, C++ and CMake, removed
 check-install: $(to_install)
 	@sh lib/deps.sh mandoc man-db cmake pkgconf || echo "check-install: does what it can"
 	@sh test/check_install.sh $(build) '$(MAKE)' '$(CC)' '$(CXX)'
 
 # shells=1: installs zsh and fish; else they are asked if they are there.
+## check-completions: completions in bash, and in zsh and fish where these are; shells=1: installs them
 check-completions: $(completions) $(build)/help.txt
 	$(if $(shells),@sh lib/deps.sh zsh fish)
 	@sh test/check_completions.sh $(build)
 
-# ---- other machines: by hand, as they install cross compilers ----
+##@ Other machines, as far as they can be tried from here (cross compilers are installed)
 
 .PHONY: check-aarch64 check-mingw check-musl
+## check-aarch64: two pictures under qemu, in float and double, with the bits of this machine's
 check-aarch64: $(build)/render-cli $(build)/test/measure_difference
 	@sh lib/deps.sh gcc-aarch64-linux-gnu g++-aarch64-linux-gnu qemu-user-static || :
 	@sh test/check_aarch64.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
 
+## check-mingw: for Windows: built, other libraries stubbed, started where there is Wine
 check-mingw: $(build)/render-cli
 	@sh lib/deps.sh gcc-mingw-w64-x86-64-posix g++-mingw-w64-x86-64-posix || :
 	@sh test/check_mingw.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
 
+## check-musl: the C part with musl: built, other libraries stubbed, started
 check-musl: $(build)/render-cli
 	@sh lib/deps.sh musl-tools || :
 	@sh test/check_musl.sh $(build) '$(MAKE)'; code=$$?; [ $$code -eq 77 ] || exit $$code
