@@ -16,15 +16,17 @@
  * Rules for every call:
  *  - A call that can fail returns a brume_result; anything but BRUME_OK leaves its out-parameters untouched and puts
  *    one line of detail in brume_context_message(). The library never exits, prints, or asserts on what it is given.
+ *  - Any of them may fail with BRUME_ERROR_ARGUMENT (a NULL that isn't said to be allowed, a value out of the range
+ *    that is stated, an id that the scene doesn't have) and BRUME_ERROR_MEMORY. What else stands with the call.
  *  - Every pointer passed in is copied from during the call and belongs to the caller, unless said otherwise.
  *  - Descriptors come from brume_..._default(); one that doesn't (all zero, say) is refused with BRUME_ERROR_ARGUMENT.
  *  - destroy accepts NULL, and objects may be destroyed in any order: each keeps alive what it was made from.
  *  - One context, and what is made from it, is used by one thread at a time; several contexts are independent.
  *    brume_render_cancel() is the exception: any thread, or a signal handler, may call it.
  *
- * Units: scene units for lengths, degrees for angles, linear RGB (Rec. 709 primaries) for colours; matrices are 4x4,
- * row-major, and act on column vectors. Conventions are Mitsuba 3's: sensors and spots look along +z, a sensor's +x is
- * to the left of the picture, y is up.
+ * Units: scene units for lengths, degrees for angles, seconds for times, linear RGB (Rec. 709 primaries) for colours;
+ * radiance in W / (m^2 sr), or whatever the lamps are given in; matrices are 4x4, row-major, and act on column vectors.
+ * Conventions are Mitsuba 3's: sensors and spots look along +z, a sensor's +x is to the left of the picture, y is up.
  */
 #ifndef BRUME_H
 #define BRUME_H
@@ -61,6 +63,7 @@ typedef enum brume_result {
     BRUME_ERROR_DENOISER = 10  /* Open Image Denoise is not installed, or failed */
 } brume_result;
 
+/* "out of memory" and so on: a constant; "unknown result" for other numbers. */
 BRUME_API const char *brume_result_name(brume_result result);
 
 /* The id of nothing: no texture, no medium, no back side. */
@@ -72,13 +75,15 @@ typedef struct brume_context brume_context;
 
 typedef enum brume_log_level { BRUME_LOG_ERROR = 0, BRUME_LOG_WARNING = 1, BRUME_LOG_INFO = 2 } brume_log_level;
 
-/* `message` is one line without a newline (a build log may hold several), valid during the call. */
+/* `message` is one line without a newline (a build log may hold several), valid during the call. `user` is what
+ * brume_context_set_log was given. Called by the thread that uses the context, from within the library's calls. */
 typedef void (*brume_log_callback)(void *user, brume_log_level level, const char *message);
 
+/* *out is the caller's to destroy; what is made from it may outlive that. */
 BRUME_API brume_result brume_context_create(brume_context **out);
 BRUME_API void brume_context_destroy(brume_context *context);
 
-/* Where warnings and information go; NULL (the default) for nowhere. */
+/* Where errors, warnings and information go; NULL (the default) for nowhere. `user` is kept, not copied. */
 BRUME_API void brume_context_set_log(brume_context *context, brume_log_callback callback, void *user);
 
 /* Detail of the last failed call on this context or anything made from it; "" before the first. Valid until the next
@@ -93,10 +98,10 @@ typedef struct brume_device_info {
     char name[128];
     char platform[128];
     char driver[64];
-    uint32_t is_gpu;
+    uint32_t is_gpu;     /* 0 or 1 */
     uint32_t compute_units;
-    uint64_t memory_bytes;
-    uint32_t has_double; /* cl_khr_fp64 */
+    uint64_t memory_bytes; /* global memory */
+    uint32_t has_double; /* cl_khr_fp64: 0 or 1 */
     uint32_t lanes;      /* paths per work-item that suit the device: 1 on GPUs, else 8 or 16 */
 } brume_device_info;
 
@@ -104,10 +109,12 @@ typedef struct brume_device_info {
 #define BRUME_DEVICE_ANY UINT32_MAX
 
 /* How many OpenCL devices there are; 0 without a platform. Indices are stable while drivers don't change. A driver that
- * fails is passed over with a warning, unless there is no other. */
+ * fails is passed over with a warning, unless there is no other: BRUME_ERROR_DEVICE. */
 BRUME_API brume_result brume_device_count(brume_context *context, uint32_t *out);
-/* `index` may be BRUME_DEVICE_ANY here, too. */
+/* index: from 0 on, or BRUME_DEVICE_ANY. Fails with BRUME_ERROR_NO_DEVICE if there is none, BRUME_ERROR_DEVICE if it
+ * can't be asked. */
 BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out);
+/* The same, and makes it ready for renders. *out is the caller's to destroy. */
 BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
 BRUME_API void brume_device_destroy(brume_device *device);
 
@@ -115,6 +122,7 @@ BRUME_API void brume_device_destroy(brume_device *device);
 
 typedef struct brume_scene brume_scene;
 
+/* An empty scene, to be filled by the calls below; *out is the caller's to destroy. */
 BRUME_API brume_result brume_scene_create(brume_context *context, brume_scene **out);
 BRUME_API void brume_scene_destroy(brume_scene *scene);
 
@@ -124,12 +132,15 @@ typedef struct brume_parameter {
     const char *value;
 } brume_parameter;
 
-/* Reads a Mitsuba 3 XML scene. Errors are BRUME_ERROR_SCENE with "file:line:column: what was expected". */
+/* Reads a Mitsuba 3 XML scene and the files that it names. `parameters` override the file's defaults; NULL with a count
+ * of 0. Errors are BRUME_ERROR_SCENE with "file:line:column: what was expected"; a parameter that the file never uses
+ * is one. *out is the caller's to destroy, and to go on describing. */
 BRUME_API brume_result brume_scene_load(brume_context *context, const char *path, const brume_parameter *parameters,
                                         size_t parameter_count, brume_scene **out);
 
-/* Every descriptor starts with a cookie that only its default function sets. Ids count from 0 in the order of the
- * calls; an out_id may be NULL where the id isn't wanted. */
+/* Every descriptor starts with a cookie that only its default function sets; what a field's comment ends with is its
+ * default. Ids count from 0 in the order of the calls, each kind for itself; an out_id may be NULL where the id isn't
+ * wanted. A description that is refused leaves the scene as it was. */
 
 typedef enum brume_texture_kind { BRUME_TEXTURE_BITMAP = 0, BRUME_TEXTURE_CHECKERBOARD = 1 } brume_texture_kind;
 typedef enum brume_texture_filter { BRUME_FILTER_BILINEAR = 0, BRUME_FILTER_NEAREST = 1 } brume_texture_filter;
@@ -158,7 +169,7 @@ typedef enum brume_bsdf_kind {
     BRUME_BSDF_DIFFUSE = 0,
     BRUME_BSDF_DIELECTRIC = 1,      /* smooth refracting boundary */
     BRUME_BSDF_CONDUCTOR = 2,       /* smooth metal */
-    BRUME_BSDF_ROUGH_CONDUCTOR = 3, /* microfacet metal */
+    BRUME_BSDF_ROUGH_CONDUCTOR = 3, /* microfacet metal (Walter et al. 2007) */
     BRUME_BSDF_NULL = 4,            /* invisible: the boundary of a medium */
     BRUME_BSDF_THIN_DIELECTRIC = 5  /* a pane: reflects, and lets through without a bend */
 } brume_bsdf_kind;
@@ -214,7 +225,7 @@ typedef struct brume_light_desc {
     uint32_t texture;       /* spot: gobo over the square that circumscribes the cone; BRUME_NONE */
     uint32_t width, height; /* envmap */
     const float *texels;    /* envmap: height x width x 3, row 0 is +y. Copied. */
-    float scale;            /* envmap: factor; 1 */
+    float scale;            /* envmap: factor on the texels, which then are radiance; 1 */
 } brume_light_desc;
 
 BRUME_API brume_light_desc brume_light_desc_default(brume_light_kind kind);
@@ -246,7 +257,7 @@ typedef struct brume_shape_desc {
     uint32_t interior;         /* medium behind the normal; BRUME_NONE */
     uint32_t exterior;         /* medium before the normal; BRUME_NONE */
     uint32_t is_boundary;      /* crossing it sets the medium even if both are BRUME_NONE; set when either is given */
-    float radiance[3];         /* emitted to the normal's side; 0 */
+    float radiance[3];         /* emitted to the normal's side, >= 0; 0 */
 } brume_shape_desc;
 
 BRUME_API brume_shape_desc brume_shape_desc_default(brume_shape_kind kind);
@@ -283,13 +294,13 @@ typedef enum brume_rfilter {
 typedef struct brume_film_desc {
     uint32_t cookie;
     uint32_t width, height;               /* full size in pixels, 1 to 65536; 768 x 576 */
-    uint32_t crop_x, crop_y;              /* 0 */
+    uint32_t crop_x, crop_y;              /* of the top left pixel; 0, 0 */
     uint32_t crop_width, crop_height;     /* 0: to the edge */
     brume_rfilter rfilter;                /* GAUSSIAN */
-    float filter_radius;                  /* tent: 1; 0 elsewhere for the filter's own */
-    float filter_stddev;                  /* gaussian: 0.5, cut at 4 standard deviations */
-    float filter_b, filter_c;             /* mitchell: 1/3, 1/3 */
-    uint32_t filter_lobes;                /* lanczos: 3 */
+    float filter_radius;                  /* in pixels, up to 64; 0: the filter's own */
+    float filter_stddev;                  /* gaussian: in pixels, 0.001 to 16, cut at 4 of them; 0.5 */
+    float filter_b, filter_c;             /* mitchell: in [0, 1]; 1/3, 1/3 */
+    uint32_t filter_lobes;                /* lanczos: 1 to 16; 3 */
     uint32_t half;                        /* EXR radiance in 16 bits; 1 */
     uint32_t alpha;                       /* write an alpha channel (BRUME_CHANNEL_ALPHA; needs guides); 0 */
 } brume_film_desc;
@@ -345,7 +356,7 @@ typedef struct brume_integrator_desc {
 BRUME_API brume_integrator_desc brume_integrator_desc_default(void);
 BRUME_API brume_result brume_scene_set_integrator(brume_scene *scene, const brume_integrator_desc *desc);
 
-/* What a scene file or the calls above have set so far. */
+/* What a scene file or the calls above have set so far, or the defaults. */
 BRUME_API brume_result brume_scene_get_film(const brume_scene *scene, brume_film_desc *out);
 BRUME_API brume_result brume_scene_get_integrator(const brume_scene *scene, brume_integrator_desc *out);
 
@@ -433,8 +444,8 @@ typedef struct brume_effect_report {
 } brume_effect_report;
 
 /* What a scene calls for: a function of its description and of what `without` (a set of effects) takes away from it,
- * and of nothing else. *out_effects is the set; out_reports, one for each effect in the order of their numbers, may be
- * NULL. */
+ * and of nothing else. *out_effects is the set; out_reports, the caller's, is filled with one for each effect in the
+ * order of their numbers; NULL if they aren't wanted. */
 BRUME_API brume_result brume_scene_effects(const brume_scene *scene, uint32_t without, uint32_t *out_effects,
                                            brume_effect_report out_reports[BRUME_EFFECT_COUNT]);
 
@@ -496,7 +507,8 @@ BRUME_API brume_render_desc brume_render_desc_default(void);
  * before, $BRUME_CACHE_DIR where that is set (empty: no cache), else $XDG_CACHE_HOME/brume, else ~/.cache/brume. It
  * holds up to 256 MiB; what was used least recently goes first. The scene may be changed or destroyed afterwards: the
  * render has its own copy. Fails with BRUME_ERROR_SCENE if the scene has no sensor, with BRUME_ERROR_MEMORY, and how
- * much is needed, if the device has no room for it. desc may be NULL: the defaults. */
+ * much is needed, if the device has no room for it, with BRUME_ERROR_BUILD and BRUME_ERROR_DEVICE (as where double
+ * precision is asked for and there is none). desc may be NULL: the defaults. *out is the caller's to destroy. */
 BRUME_API brume_result brume_render_create(brume_device *device, const brume_scene *scene,
                                            const brume_render_desc *desc, brume_render **out);
 /* Waits for a program that a quick start is still building, and puts the program of a complete render into the cache if
@@ -519,7 +531,8 @@ typedef struct brume_progress {
     double predicted_work;   /* then */
 } brume_progress;
 
-/* Called from within brume_render_run, a few times a second and with every new prediction. Non-zero cancels. */
+/* Called from within brume_render_run by its thread, a few times a second and with every new prediction; `user` is what
+ * that was given, `progress` is valid during the call. Non-zero cancels. */
 typedef int (*brume_progress_callback)(void *user, const brume_progress *progress);
 
 /* Renders what is left of the sample range; BRUME_CANCELLED leaves a film with whole samples, to be read, written, or
@@ -532,7 +545,7 @@ BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_cal
 
 /* Changes how many samples per pixel are asked for, from what is begun already upwards: run then renders what is
  * missing. Where all pixels get as many, the film is the same as if it had been asked for at once, so that one render
- * passes through every picture of fewer samples; adaptive sampling plans by what is asked for. */
+ * passes through every picture of fewer samples; adaptive sampling plans by what is asked for. At most 2^24. */
 BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count);
 
 /* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
@@ -544,7 +557,8 @@ BRUME_API void brume_render_cancel(brume_render *render);
  * two calls of run or from within the progress callback, as often as wanted. The file appears under its name when all
  * of it is on the disk, and replaces the one before at once: whenever the process or the machine stops, `path` holds
  * a whole state, the new one or the one before. It takes 40 to 190 bytes a pixel: 40 without guides, error
- * estimate and lamps in a medium, 121 with them, and the rest for the layers of light and for adaptive sampling. */
+ * estimate and lamps in a medium, 121 with them, and the rest for the layers of light and for adaptive sampling. Fails
+ * with BRUME_ERROR_OUTPUT, and with BRUME_ERROR_DEVICE if the film can't be read. */
 BRUME_API brume_result brume_render_save(brume_render *render, const char *path);
 
 /* Goes on from such a file: run then renders what is missing, and the film comes out the same bits as without the
@@ -553,8 +567,8 @@ BRUME_API brume_result brume_render_save(brume_render *render, const char *path)
  * may be: the sample count, if there is no goal, as in brume_render_set_sample_count; the time limit, if both have one:
  * what had all of its time goes on with a longer one; the device, which gets a warning where its name is another one,
  * since its arithmetic may differ in the last bits; and the lanes, unless the file was written in the middle of a pass,
- * which the same width has to complete. On failure the render is as before,
- * but for BRUME_ERROR_DEVICE, after which nothing is left to do but destroy it. */
+ * which the same width has to complete. A file that is none, damaged or of something else is a BRUME_ERROR_CHECKPOINT.
+ * On failure the render is as before, but for BRUME_ERROR_DEVICE, after which nothing is left to do but destroy it. */
 BRUME_API brume_result brume_render_load(brume_render *render, const char *path);
 
 typedef struct brume_render_stats {
@@ -574,7 +588,7 @@ typedef struct brume_render_stats {
     uint64_t samples;               /* in the film, over all pixels */
     uint64_t bad_samples;           /* dropped because they came out NaN or infinite: a defect to report */
     uint32_t bad_pixel_x, bad_pixel_y, bad_sample; /* one of them, for brume_sample_trace */
-    uint64_t device_bytes;
+    uint64_t device_bytes;          /* of the device's memory that the render takes */
     double bvh_seconds, upload_seconds, build_seconds, render_seconds;
     double pilot_seconds;           /* of render_seconds: a sample that found out how to look at each lamp */
     uint32_t program_cached;        /* the program came from the cache, not from source */
@@ -592,6 +606,7 @@ typedef struct brume_render_stats {
                                        brume_render_desc.program_size asked for it; else 0 */
 } brume_render_stats;
 
+/* As of now: between two calls of run, or from within the progress callback. */
 BRUME_API brume_result brume_render_get_stats(const brume_render *render, brume_render_stats *out);
 
 typedef enum brume_channel {
@@ -624,7 +639,8 @@ typedef enum brume_channel {
 BRUME_API const char *brume_channel_name(brume_channel channel);
 
 /* `out` receives height x width x (3 or 1) floats, rows from the top; `count` is its size in floats and must match.
- * Alpha, albedo, normal and depth need brume_render_desc.guides, parts of the light and segments light_layers. */
+ * Alpha, albedo, normal and depth need brume_render_desc.guides, parts of the light and segments light_layers. Fails
+ * with BRUME_ERROR_DEVICE if the film can't be read. */
 BRUME_API brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count);
 
 /* ---- one sample, explained --------------------------------------------------------------------------------------- */
@@ -656,14 +672,15 @@ typedef struct brume_trace_vertex {
 } brume_trace_vertex;
 
 typedef struct brume_trace {
-    size_t count;
-    brume_trace_vertex *vertices; /* brume_trace_free releases them */
+    size_t count;                 /* of vertices, 4096 at most */
+    brume_trace_vertex *vertices; /* in the order of the path, from the camera; brume_trace_free releases them */
     float radiance[3];            /* what the film gets: after clamp, sign and weight of the filter; 0 if bad */
     uint32_t bad;                 /* it came out NaN or infinite, and a picture drops it */
 } brume_trace;
 
 /* Renders sample `sample` of pixel (x, y) of the full picture once more, alone, as a render by `desc` would (NULL: the
- * defaults; its counts, crop, goals and lanes don't matter), and tells what its path does. Builds a program for it. */
+ * defaults; its counts, crop, goals and lanes don't matter), and tells what its path does. Builds a program for it, and
+ * fails as brume_render_create and brume_render_run do. */
 BRUME_API brume_result brume_sample_trace(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
                                           uint32_t x, uint32_t y, uint32_t sample, brume_trace *out);
 BRUME_API void brume_trace_free(brume_trace *trace);
@@ -704,8 +721,8 @@ typedef struct brume_picture_desc {
 BRUME_API brume_picture_desc brume_picture_desc_default(void);
 
 /* Writes a picture by the path's extension, .exr or .png, atomically (a temporary name, then renamed). NULL desc: the
- * defaults. The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was
- * cut short. */
+ * defaults. The EXR's attributes name the seed, sample range, device, software, and `incomplete` if the run was cut
+ * short. Fails with BRUME_ERROR_OUTPUT, BRUME_ERROR_DEVICE if the film can't be read, and BRUME_ERROR_DENOISER. */
 BRUME_API brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc);
 
 /* Reads a picture: EXR (channels R, G, B, or Y), PNG, JPEG, HDR. *out_rgb receives height x width x 3 floats of linear
@@ -734,7 +751,8 @@ BRUME_API brume_merge_desc brume_merge_desc_default(void);
  * samples radiance differs by one unit in the last place, now and then; what is summed in plain float (guides, alpha,
  * variance) by as much as its sums round, at most n 2^-24 of the largest of n samples. Fails with
  * BRUME_ERROR_CHECKPOINT, naming the files, if they are of different scenes or settings, hold the same sample twice,
- * or leave some out: files that are missing, or were not rendered to their end. desc may be NULL: the defaults. */
+ * or leave some out: files that are missing, or were not rendered to their end. desc may be NULL: the defaults. *out is
+ * the caller's to destroy. */
 BRUME_API brume_result brume_merge(brume_context *context, const char *const *paths, size_t count,
                                    const brume_merge_desc *desc, brume_merged **out);
 BRUME_API void brume_merged_destroy(brume_merged *merged);
