@@ -9,10 +9,7 @@
 #define MAX_ORDER 4.0 /* smooth integrands: 3, and some room for what the ratio of two estimates does */
 
 /* So many samples make two differences that mean something. */
-enum { FIRST_LEVEL = 3 };
-
-/* Pixels at one level are too few, sometimes, to tell an order; all others then count a little, too. */
-#define SHARED 0.05
+enum { FIRST_LEVEL = 3, NEWTON_STEPS = 6 };
 
 brume_result brume_error_estimate_create(brume_context *context, uint32_t width, uint32_t height, int independent,
                                          brume_error_estimate *out) {
@@ -68,61 +65,97 @@ double brume_error_estimate_growth(uint32_t n, int level, double order) {
     return sum;
 }
 
-/* What the pixels at each level have in common. */
+/* What pixels have in common: those at each level, and behind these all together. */
+enum { ALL = BRUME_ERROR_LEVELS, SETS };
+
 typedef struct level_sums {
-    double last[BRUME_ERROR_LEVELS], before[BRUME_ERROR_LEVELS]; /* weighted sums of the differences, and of the */
-    double last_squares[BRUME_ERROR_LEVELS], before_squares[BRUME_ERROR_LEVELS]; /* squares of each pixel's */
-    double ratio[BRUME_ERROR_LEVELS]; /* 2^order, */
-    double order[BRUME_ERROR_LEVELS];
-    double trust[BRUME_ERROR_LEVELS]; /* and how far it is the pixels' and not what is usual, 0 to 1 */
-    double doubt[BRUME_ERROR_LEVELS]; /* what is left of the spread of the logarithm of (ratio - 1) */
+    double ratio[SETS]; /* 2^order, */
+    double order[SETS];
+    double trust[SETS]; /* and how far it is the pixels' own and not what is usual, 0 to 1 */
+    double doubt[SETS]; /* what is left of the spread of the logarithm of (ratio - 1) */
+    double last[SETS];  /* sum of the differences */
+    double slope[SETS]; /* of the sum of `excess` by the logarithm of the ratio */
 } level_sums;
 
-/* Of pictures in fog the order is usually USUAL_ORDER, and the logarithm of 2^order has a spread of SPREAD about that:
- * for 8 scenes with 16 to 256 samples the true error over the last difference gave orders from 1 to 1.9. Where few
- * pixels hold most of the error their ratio says less than that does. */
-#define USUAL_ORDER 1.3
-#define SPREAD 0.3
+/* Of pictures in fog the order is usually USUAL_ORDER, and the logarithm of 2^order has a spread of SPREAD about that;
+ * pixels at one level differ by LEVEL_SPREAD from the picture's. */
+#define USUAL_ORDER 1.4
+#define SPREAD 0.25
+#define LEVEL_SPREAD 0.15
 
-static void find_ratio(const brume_error_estimate *e, level_sums *s, int k, double last, double before) {
-    double ratio = e->independent ? 2 : exp2(USUAL_ORDER);
-    s->trust[k] = s->doubt[k] = 0;
-    if (!e->independent && s->last[k] > 0 && s->before[k] > 0) {
-        double uncertain = s->last_squares[k] / (s->last[k] * s->last[k]) +
-                           s->before_squares[k] / (s->before[k] * s->before[k]);
-        s->trust[k] = SPREAD * SPREAD / (SPREAD * SPREAD + uncertain);
-        ratio *= pow(before / last / ratio, s->trust[k]);
+/* By how much a pixel's last difference is larger than the one before says, for such a ratio. Over the root of their
+ * sum, or the few pixels that hold most of the error would decide alone: with the right ratio both have the same
+ * distribution, so that the sum over pixels is 0 on average whatever even weight they have. */
+static double excess(double last, double before, double ratio) {
+    double sum = last * ratio + before;
+    return sum > 0 ? (last * ratio - before) / sqrt(sum) : 0;
+}
+
+/* The derivative of that by the logarithm of the ratio. */
+static double excess_slope(double last, double before, double ratio) {
+    double sum = last * ratio + before;
+    return sum > 0 ? last * ratio / sqrt(sum) * (1 - 0.5 * (last * ratio - before) / sum) : 0;
+}
+
+/* A pixel's differences in the picture's weights; without any, as they are. */
+static void weigh(const brume_error_estimate *e, const float *weights, size_t pixel, double *last, double *before) {
+    *last = *before = 0;
+    for (size_t c = 3 * pixel; c < 3 * pixel + 3; c++) {
+        double w = weights ? weights[c] : 1;
+        *last += w * e->last[c];
+        *before += w * e->before[c];
     }
+}
+
+/* Draws what the pixels say, which `uncertain` is the variance of, towards what is usual. */
+static void settle(level_sums *s, int k, double uncertain, double usual, double spread) {
+    s->trust[k] = spread * spread / (spread * spread + uncertain);
+    double ratio = usual * pow(s->ratio[k] / usual, s->trust[k]);
     s->ratio[k] = fmin(fmax(ratio, exp2(MIN_ORDER)), exp2(MAX_ORDER));
     s->order[k] = log2(s->ratio[k]);
     if (ratio != s->ratio[k]) s->trust[k] = 0; /* nothing follows the pixels any more */
-    if (!e->independent) s->doubt[k] = SPREAD * sqrt(1 - s->trust[k]) * s->ratio[k] / (s->ratio[k] - 1);
+    s->doubt[k] = spread * sqrt(1 - s->trust[k]) * s->ratio[k] / (s->ratio[k] - 1);
 }
 
-static void sum_levels(const brume_error_estimate *e, const float *weights, level_sums *s) {
+static void find_orders(const brume_error_estimate *e, const float *weights, level_sums *s) {
     size_t pixels = (size_t)e->width * e->height;
-    double last = 0, before = 0;
+    double squares[SETS];
     memset(s, 0, sizeof *s);
-    for (size_t i = 0; i < pixels; i++) {
-        int level = e->level[i];
-        double pixel_last = 0, pixel_before = 0;
-        if (level < FIRST_LEVEL) continue;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
-            double w = weights ? weights[c] : 1;
-            pixel_last += w * e->last[c];
-            pixel_before += w * e->before[c];
+    for (int k = 0; k < SETS; k++) s->ratio[k] = exp2(e->independent ? 1 : USUAL_ORDER);
+    for (int step = 0; step <= NEWTON_STEPS && !e->independent; step++) {
+        double sums[SETS] = {0};
+        memset(squares, 0, sizeof squares);
+        memset(s->slope, 0, sizeof s->slope);
+        memset(s->last, 0, sizeof s->last);
+        for (size_t i = 0; i < pixels; i++) {
+            int sets[] = {e->level[i], ALL};
+            double last, before;
+            if (e->level[i] < FIRST_LEVEL) continue;
+            weigh(e, weights, i, &last, &before);
+            for (int j = 0; j < 2; j++) {
+                int k = sets[j];
+                double x = excess(last, before, s->ratio[k]);
+                sums[k] += x;
+                s->last[k] += last;
+                squares[k] += x * x;
+                s->slope[k] += excess_slope(last, before, s->ratio[k]);
+            }
         }
-        s->last[level] += pixel_last;
-        s->before[level] += pixel_before;
-        s->last_squares[level] += pixel_last * pixel_last;
-        s->before_squares[level] += pixel_before * pixel_before;
+        for (int k = 0; k < SETS && step < NEWTON_STEPS; k++)
+            if (s->slope[k] > 0) s->ratio[k] *= exp(fmin(fmax(-sums[k] / s->slope[k], -1), 1));
     }
-    for (int k = 0; k < BRUME_ERROR_LEVELS; k++) {
-        last += s->last[k];
-        before += s->before[k];
+    for (int k = ALL; k >= 0; k--) {
+        double usual = k == ALL ? exp2(USUAL_ORDER) : s->ratio[ALL], spread = k == ALL ? SPREAD : LEVEL_SPREAD;
+        s->order[k] = 1;
+        if (e->independent) continue;
+        if (s->slope[k] > 0) {
+            settle(s, k, squares[k] / (s->slope[k] * s->slope[k]), usual, spread);
+        } else {
+            s->ratio[k] = usual;
+            s->order[k] = log2(usual);
+        }
+        if (k != ALL) s->doubt[k] = hypot(s->doubt[k], s->doubt[ALL]);
     }
-    for (int k = 0; k < BRUME_ERROR_LEVELS; k++)
-        find_ratio(e, s, k, s->last[k] + SHARED * last, s->before[k] + SHARED * before);
 }
 
 /* The variance that two successive differences tell of. Where the order is known the mean of what each says has less
@@ -142,19 +175,16 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     float *weights = brume_error_estimate_weights(e);
     r.no_memory = !weights;
     if (!weights) return r;
-    sum_levels(e, weights, &s);
+    find_orders(e, weights, &s);
     double sum = 0, influences = 0, squares = 0, orders = 0, doubts = 0;
     uint32_t grown_n = 0;
     int grown_level = -1;
     double growth = 1;
     for (size_t i = 0; i < pixels; i++) {
         int level = e->level[i];
-        double last = 0, before = 0, ratio = s.ratio[level];
+        double last, before, ratio = s.ratio[level];
         if (level < FIRST_LEVEL) continue;
-        for (size_t c = 3 * i; c < 3 * i + 3; c++) {
-            last += (double)weights[c] * e->last[c];
-            before += (double)weights[c] * e->before[c];
-        }
+        weigh(e, weights, i, &last, &before);
         uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;
         if (n != grown_n || level != grown_level) {
             growth = brume_error_estimate_growth(n, level, s.order[level]);
@@ -171,7 +201,7 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
         /* A level may hold nothing but black pixels, which have no differences. */
         if (s.trust[level] > 0) {
             double by_ratio = -ratio * s.last[level] / ((ratio - 1) * (ratio - 1));
-            influence += growth * by_ratio * s.trust[level] * (before / s.before[level] - last / s.last[level]);
+            influence -= growth * by_ratio * s.trust[level] * excess(last, before, ratio) / s.slope[level];
         }
         influences += influence;
         squares += influence * influence;
@@ -194,7 +224,7 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
     float *inside = malloc(pixels * sizeof *inside), *scaled = calloc(3 * pixels, sizeof *scaled);
     int done = inside && scaled;
     if (done) {
-        sum_levels(e, NULL, &s);
+        find_orders(e, NULL, &s);
         for (size_t i = 0; i < pixels; i++) {
             double ratio = s.ratio[e->level[i]];
             uint32_t n = count[i] > 1 ? (uint32_t)(count[i] + 0.5f) : 1;

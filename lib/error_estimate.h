@@ -7,9 +7,11 @@
  *     E[(I_n - I_{n/2})^2] = V(n/2) - V(n) = V(n) (2^p - 1)        where V(n) = c n^-p.
  *
  * With p = 1 this is what independent samples give; the spread of the samples, the usual measure, knows no other p and
- * is far too large for p near 2 or 3. The order p comes from two successive differences, summed over many pixels: their
- * ratio is 2^p, as far as the pixels are many enough to tell, and otherwise what is usual. They are scrambled
- * independently of each other: they are the independent randomisations that the confidence interval comes from.
+ * is far too large for p near 2 or 3. The order p comes from two successive differences over many pixels: the ratio of
+ * their expectations is 2^p. Few pixels hold most of the error, and theirs alone says little: it is found where the last
+ * differences times the ratio have the same distribution as those before, each pixel counting by the root of them; and
+ * as far as pixels are too few to tell, it is what is usual. They are scrambled independently of each other: they are
+ * the independent randomisations that the confidence interval comes from.
  *
  * All arrays are height x width x 3 floats, or height x width, rows from the top.
  */
@@ -55,10 +57,10 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
 int brume_error_estimate_variance(const brume_error_estimate *e, const float *count, float *out);
 
 /* What a pixel's squared errors count for in the picture's relMSE, per channel, times 3 width height:
- * 1 / (R^2 + 0.01 mean(R)^2). R is the pixel itself where the pixels of the 5 x 5 around it differ from each other by
- * more than its own noise (at the edge of a beam their mean is a hundred times the dark ones), and otherwise their
- * mean, of which those that are noisier than others have the smaller part: the linear estimate of least error (Wiener
- * 1949), pixel by pixel. malloc'ed, NULL without memory. */
+ * 1 / (R^2 + 0.01 mean(R)^2). R^2 is the product of the means of a pixel's two halves, averaged over those of the 5 x 5
+ * pixels around it that differ from it by no more than their noise. A pixel's own square would be large where its error
+ * is: with 8 to 32 samples beams had an error of up to eight times what that said, of a dark pixel at their edge that
+ * the light has met once. malloc'ed, NULL without memory. */
 float *brume_error_estimate_weights(const brume_error_estimate *e);
 
 /* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without
