@@ -1,195 +1,175 @@
-/* bvh_split.c -- a binary tree by the binned surface area heuristic (Wald 2007).
+/* bvh_split.c -- the binary tree, from the root down, and the plan for the wide one on the way back.
  *
- * 16 bins an axis over the boxes' centres; a leaf costs by the number of 8-wide blocks it would fill, because a block
- * costs the same however many of its lanes are used. Leaves hold at most 4 items: the collapse to 8-wide nodes merges
- * them again where that is cheaper. Below DEPTH_SAH levels halves are taken without looking, so the depth is bounded by
- * DEPTH_SAH + 33 whatever the input. One thread, no hashing, no pointers compared: the same input gives the same tree.
+ * Leaves hold at most 4 items: the plan merges them again where that is cheaper. Items are copied from one array to a
+ * second and back as they are parted, in their order. Below DEPTH_SAH levels halves are taken without looking, so the
+ * depth is bounded by DEPTH_SAH + 33 whatever the input.
  */
-#include "bvh_tree.h"
+#include "bvh_bins.h"
+#include "bvh_split.h"
 
-#include <float.h>
-#include <math.h>
 #include <stdlib.h>
+#include <string.h>
 
-enum { BINS = 16, LEAF_ITEMS = 4, DEPTH_SAH = 64, DEPTH_LIMIT = DEPTH_SAH + 33 };
+enum { LEAF_ITEMS = 4, DEPTH_SAH = 64 };
 
-typedef struct bounds {
-    float lo[3], hi[3];
-} bounds;
+/* ---- nodes ------------------------------------------------------------------------------------------------------ */
 
-static const bounds empty_bounds = {{FLT_MAX, FLT_MAX, FLT_MAX}, {-FLT_MAX, -FLT_MAX, -FLT_MAX}};
-
-static void grow(bounds *b, const float lo[3], const float hi[3]) {
-    for (int a = 0; a < 3; a++) {
-        b->lo[a] = lo[a] < b->lo[a] ? lo[a] : b->lo[a];
-        b->hi[a] = hi[a] > b->hi[a] ? hi[a] : b->hi[a];
-    }
-}
-
-/* Half the surface area; in double, because 1e20 squared is not a float. */
-static double area(const bounds *b) {
-    double x = (double)b->hi[0] - b->lo[0], y = (double)b->hi[1] - b->lo[1], z = (double)b->hi[2] - b->lo[2];
-    return x * y + y * z + z * x;
-}
-
-static uint32_t blocks_of(uint32_t count) {
-    return (count + 7) / 8;
-}
-
-/* Twice the centre of an item's box: only compared. */
-static float center(const brume_bvh_item *item, int axis) {
-    return item->lo[axis] + item->hi[axis];
-}
-
-typedef struct binning {
-    float origin[3], scale[3]; /* bin = (center - origin) * scale; scale 0: all centres are equal along this axis */
-} binning;
-
-static int bin_of(const binning *b, const brume_bvh_item *item, int axis) {
-    int bin = (int)((center(item, axis) - b->origin[axis]) * b->scale[axis]);
-    return bin < BINS - 1 ? bin : BINS - 1;
-}
-
-static binning bin_centers(const brume_bvh_item *items, uint32_t count) {
-    binning b;
-    for (int a = 0; a < 3; a++) {
-        float low = FLT_MAX, high = -FLT_MAX;
-        for (uint32_t i = 0; i < count; i++) {
-            float c = center(&items[i], a);
-            low = c < low ? c : low;
-            high = c > high ? c : high;
+uint32_t brume_bvh_take_pair(brume_bvh_splitter *s, brume_bvh_arena *arena) {
+    brume_bvh_tree *tree = s->tree;
+    if (arena->next == arena->end) {
+        uint32_t chunk = __atomic_fetch_add(&tree->chunk_count, 1, __ATOMIC_RELAXED);
+        uint32_t size = arena->most < BVH_CHUNK ? arena->most : BVH_CHUNK;
+        brume_bvh_binary *nodes = chunk < tree->chunk_room ? malloc(size * sizeof *nodes) : NULL;
+        if (!nodes) {
+            __atomic_store_n(&s->failed, 1, __ATOMIC_RELAXED);
+            return 0;
         }
-        /* Spans too small or too large for the quotient to be a normal number count as equal. */
-        float scale = BINS * 0.999999f / (high - low);
-        b.origin[a] = low;
-        b.scale[a] = high > low && scale >= FLT_MIN && scale <= FLT_MAX ? scale : 0;
+        tree->chunks[chunk] = nodes;
+        arena->next = (chunk << BVH_CHUNK_BITS) + (chunk == 0 ? 2 : 0);
+        arena->end = (chunk << BVH_CHUNK_BITS) + size;
     }
-    return b;
+    arena->next += 2;
+    return arena->next - 2;
 }
 
-/* The best axis and the last bin of its left side; 0 if no axis splits. */
-static int choose_split(const brume_bvh_item *items, uint32_t count, const binning *b, int *out_axis, int *out_bin) {
-    bounds bin_bounds[3][BINS];
-    uint32_t bin_count[3][BINS] = {{0}};
-    for (int a = 0; a < 3; a++)
-        for (int k = 0; k < BINS; k++) bin_bounds[a][k] = empty_bounds;
-    for (uint32_t i = 0; i < count; i++)
-        for (int a = 0; a < 3; a++) {
-            int k = bin_of(b, &items[i], a);
-            bin_count[a][k]++;
-            grow(&bin_bounds[a][k], items[i].lo, items[i].hi);
-        }
-
-    double best = INFINITY;
-    for (int a = 0; a < 3; a++) {
-        if (b->scale[a] == 0) continue;
-        double right_cost[BINS];
-        bounds box = empty_bounds;
-        uint32_t n = 0;
-        for (int k = BINS - 1; k > 0; k--) {
-            n += bin_count[a][k];
-            if (bin_count[a][k]) grow(&box, bin_bounds[a][k].lo, bin_bounds[a][k].hi);
-            right_cost[k] = n ? area(&box) * blocks_of(n) : 0;
-        }
-        box = empty_bounds;
-        n = 0;
-        for (int k = 0; k < BINS - 1; k++) {
-            n += bin_count[a][k];
-            if (bin_count[a][k]) grow(&box, bin_bounds[a][k].lo, bin_bounds[a][k].hi);
-            if (n == 0 || n == count) continue;
-            double cost = area(&box) * blocks_of(n) + right_cost[k + 1];
-            if (cost < best) {
-                best = cost;
-                *out_axis = a;
-                *out_bin = k;
-            }
-        }
-    }
-    return best < INFINITY;
+void brume_bvh_start_node(brume_bvh_splitter *s, const brume_bvh_range *r, const brume_bounds *box) {
+    brume_bvh_binary *node = brume_bvh_at(s->tree, r->node);
+    for (int a = 0; a < 3; a++) node->lo[a] = box->lo[a], node->hi[a] = box->hi[a];
+    node->first = r->first;
+    node->count = r->count;
+    node->children = 0;
+    node->kind = r->quadrics == 0 ? BVH_TRIANGLES : r->quadrics == r->count ? BVH_QUADRICS : BVH_BOTH;
 }
 
-static void swap_items(brume_bvh_item *a, brume_bvh_item *b) {
-    brume_bvh_item t = *a;
-    *a = *b;
-    *b = t;
+int brume_bvh_is_leaf(const brume_bvh_range *r) {
+    return r->count <= LEAF_ITEMS && (r->quadrics == 0 || r->quadrics == r->count);
 }
 
-/* How many go left. Triangles and quadrics never share a leaf, so where centres can't part them, their kind does. */
-static uint32_t split_items(const brume_bvh_tree *tree, brume_bvh_item *items, uint32_t count, uint32_t quadrics,
-                            uint32_t depth) {
-    uint32_t i = 0, j = count;
-    int axis = 0, bin = 0;
-    if (depth < DEPTH_SAH) {
-        binning b = bin_centers(items, count);
-        if (choose_split(items, count, &b, &axis, &bin)) {
-            while (i < j) {
-                if (bin_of(&b, &items[i], axis) <= bin)
-                    i++;
-                else
-                    swap_items(&items[i], &items[--j]);
-            }
-            return i;
-        }
-    }
-    if (quadrics == 0 || quadrics == count) return count / 2;
-    while (i < j) {
-        if (items[i].prim < tree->triangle_count)
-            i++;
-        else
-            swap_items(&items[i], &items[--j]);
-    }
-    return i;
-}
+/* ---- parting ---------------------------------------------------------------------------------------------------- */
 
-static void describe_node(const brume_bvh_tree *tree, brume_bvh_binary *node) {
-    bounds box = empty_bounds;
+uint32_t brume_bvh_quadrics(const brume_bvh_tree *tree, const brume_bvh_item *items, uint32_t count) {
     uint32_t quadrics = 0;
-    for (uint32_t i = node->first; i < node->first + node->count; i++) {
-        grow(&box, tree->items[i].lo, tree->items[i].hi);
-        quadrics += tree->items[i].prim >= tree->triangle_count;
+    for (uint32_t i = 0; i < count; i++) quadrics += items[i].prim >= tree->triangle_count;
+    return quadrics;
+}
+
+void brume_bvh_children_of(const brume_bvh_range *r, uint32_t left, uint32_t left_quadrics,
+                           brume_bvh_range child[2]) {
+    child[0] = child[1] = *r;
+    child[0].count = left;
+    child[1].first += left;
+    child[1].count -= left;
+    child[0].quadrics = left_quadrics;
+    child[1].quadrics -= left_quadrics;
+    child[0].depth = child[1].depth = r->depth + 1;
+}
+
+/* Where centres can't part them: triangles and quadrics never share a leaf, so their kind does, else any halves. */
+static void take_halves(brume_bvh_splitter *s, const brume_bvh_range *r, brume_bvh_range child[2],
+                        brume_bounds box[2]) {
+    brume_bvh_item *items = s->items[r->side] + r->first;
+    if (r->quadrics == 0 || r->quadrics == r->count) {
+        brume_bvh_children_of(r, r->count / 2, r->quadrics ? r->count / 2 : 0, child);
+    } else {
+        brume_bvh_item *to = s->items[!r->side] + r->first;
+        uint32_t triangles = r->count - r->quadrics, next[2] = {0, triangles};
+        for (uint32_t i = 0; i < r->count; i++) to[next[items[i].prim >= s->tree->triangle_count]++] = items[i];
+        brume_bvh_children_of(r, triangles, 0, child);
+        child[0].side = child[1].side = !r->side;
     }
-    for (int a = 0; a < 3; a++) node->lo[a] = box.lo[a], node->hi[a] = box.hi[a];
-    node->quadrics = quadrics;
+    for (int k = 0; k < 2; k++) {
+        box[k] = child[k].centers = brume_bounds_empty();
+        brume_bvh_bound(s->items[child[k].side] + child[k].first, child[k].count, &box[k], &child[k].centers);
+    }
+}
+
+/* Not inlined: its bins would lie on the stack once for each level. */
+__attribute__((noinline)) static void part(brume_bvh_splitter *s, const brume_bvh_range *r, brume_bvh_range child[2],
+                                           brume_bounds box[2]) {
+    brume_bins bins;
+    brume_split split;
+    if (r->depth >= DEPTH_SAH) {
+        take_halves(s, r, child, box);
+        return;
+    }
+    const brume_bvh_item *items = s->items[r->side] + r->first;
+    brume_bvh_item *to = s->items[!r->side] + r->first;
+    brume_binning binning = brume_bvh_binning(&r->centers, r->count);
+    brume_bins_clear(&bins, &binning);
+    brume_bins_add(&bins, &binning, items, r->count);
+    if (!brume_bins_split(&bins, &split)) {
+        take_halves(s, r, child, box);
+        return;
+    }
+    brume_bounds centers[2] = {brume_bounds_empty(), brume_bounds_empty()};
+    brume_bvh_partition(items, r->count, &binning, &split, to, to + split.left, centers);
+    brume_bvh_children_of(r, split.left, r->quadrics ? brume_bvh_quadrics(s->tree, to, split.left) : 0, child);
+    for (int k = 0; k < 2; k++) {
+        child[k].side = !r->side;
+        child[k].centers = centers[k];
+        box[k] = split.box[k];
+    }
+}
+
+int brume_bvh_grow(brume_bvh_splitter *s, brume_bvh_arena *arena, const brume_bvh_range *r, brume_bvh_forest *forest) {
+    brume_bvh_binary *node = brume_bvh_at(s->tree, r->node);
+    if (brume_bvh_is_leaf(r)) {
+        if (r->side) memcpy(s->items[0] + r->first, s->items[1] + r->first, r->count * sizeof *s->items[0]);
+        brume_bvh_plan(node, NULL, NULL, s->unit, forest);
+        return 1;
+    }
+    brume_bvh_range child[2];
+    brume_bvh_forest below[2];
+    brume_bounds box[2];
+    uint32_t pair = brume_bvh_take_pair(s, arena);
+    if (pair == 0) return 0;
+    part(s, r, child, box);
+    node->children = pair;
+    for (uint32_t k = 0; k < 2; k++) {
+        child[k].node = pair + k;
+        brume_bvh_start_node(s, &child[k], &box[k]);
+    }
+    for (int k = 0; k < 2; k++)
+        if (!brume_bvh_grow(s, arena, &child[k], &below[k])) return 0;
+    brume_bvh_plan(node, &below[0], &below[1], s->unit, forest);
+    return 1;
+}
+
+/* ---- all of it -------------------------------------------------------------------------------------------------- */
+
+static int split_all(brume_bvh_splitter *s) {
+    brume_bvh_tree *tree = s->tree;
+    brume_bvh_range root = {0, 0, tree->item_count, 0, 0, 0, tree->centers};
+    brume_bvh_arena arena = {0, 0, 2 * tree->item_count};
+    brume_bvh_forest forest;
+    brume_bounds box = tree->box;
+    double size[3];
+    for (int a = 0; a < 3; a++) size[a] = (double)box.hi[a] - box.lo[a];
+    double area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
+    s->unit = area > 0 ? 1 / area : 1;
+    /* Chunks that are full, a last one, and one that isn't full for each range that a thread takes for itself. */
+    tree->chunk_room = 2 * (tree->item_count / BVH_CHUNK + 1) + 1;
+    tree->chunks = calloc(tree->chunk_room, sizeof *tree->chunks);
+    s->items[0] = tree->items;
+    s->items[1] = malloc(tree->item_count * sizeof *tree->items);
+    if (!tree->chunks || !s->items[1]) return 0;
+    arena.next = brume_bvh_take_pair(s, &arena);
+    if (s->failed) return 0;
+    root.quadrics = tree->item_count - tree->triangle_count;
+    brume_bvh_start_node(s, &root, &box);
+    return brume_bvh_grow(s, &arena, &root, &forest);
 }
 
 brume_result brume_bvh_split(brume_context *context, brume_bvh_tree *tree) {
-    struct { uint32_t first, count, depth, parent; } stack[DEPTH_LIMIT + 2], now;
-    const uint32_t no_parent = UINT32_MAX;
-    uint32_t capacity = tree->item_count / 2 + 16, used = 0;
-    int top = 0;
-
-    if (tree->item_count == 0) return BRUME_OK;
-    brume_bvh_binary *nodes = malloc(capacity * sizeof *nodes);
-    if (!nodes) return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for the tree of %u items", tree->item_count);
-
-    stack[top].first = 0, stack[top].count = tree->item_count, stack[top].depth = 0, stack[top++].parent = no_parent;
-    while (top > 0) {
-        now = stack[--top];
-        if (used == capacity) {
-            brume_bvh_binary *more = realloc(nodes, (size_t)capacity * 2 * sizeof *nodes);
-            if (!more) {
-                free(nodes);
-                return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for the tree of %u items", tree->item_count);
-            }
-            nodes = more;
-            capacity *= 2;
-        }
-        if (now.parent != no_parent) nodes[now.parent].right = used;
-        brume_bvh_binary *node = &nodes[used];
-        node->first = now.first;
-        node->count = now.count;
-        node->right = 0;
-        describe_node(tree, node);
-        if (node->count > LEAF_ITEMS || (node->quadrics != 0 && node->quadrics != node->count)) {
-            uint32_t left = split_items(tree, tree->items + now.first, now.count, node->quadrics, now.depth);
-            stack[top].first = now.first + left, stack[top].count = now.count - left;
-            stack[top].depth = now.depth + 1, stack[top++].parent = used;
-            stack[top].first = now.first, stack[top].count = left;
-            stack[top].depth = now.depth + 1, stack[top++].parent = no_parent; /* the left child needs no link */
-        }
-        used++;
-    }
-    tree->nodes = nodes;
-    tree->node_count = used;
+    brume_bvh_splitter s = {.tree = tree};
+    int done = split_all(&s);
+    free(s.items[1]);
+    if (!done) return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for the tree of %u items", tree->item_count);
     return BRUME_OK;
+}
+
+void brume_bvh_tree_free(brume_bvh_tree *tree) {
+    for (uint32_t i = 0; tree->chunks && i < tree->chunk_count && i < tree->chunk_room; i++) free(tree->chunks[i]);
+    free(tree->chunks);
+    tree->chunks = NULL;
 }

@@ -1,10 +1,10 @@
 # check_platform.sh COMPILER -- no file of lib/ or apps/ but platform.h and platform_*.c includes a header or
-# calls a function that is not C99's, OpenCL's, or a library's that we link (`make check-platform`).
+# calls a function that is not C99's, OpenCL's, the compiler's, or a library's that we link (`make check-platform`).
 #
 # Headers by an allowed list. Calls by a list of what POSIX, GNU and Microsoft have, looked up in what the preprocessor
 # leaves of comments and strings. Errors planted into a copy of one file are to be found, too.
 compiler=$1
-allowed='assert ctype errno float inttypes limits locale math setjmp signal stdarg stdbool stddef stdint stdio stdlib
+allowed='assert ctype emmintrin errno float inttypes limits locale math setjmp signal stdarg stdbool stddef stdint stdio stdlib
 string time CL/cl OpenEXR/openexr stb/stb_image stb/stb_image_write expat zlib'
 # C++ headers have no dot; tiny_obj_loader is its only other one.
 refused='access alarm asprintf basename bind chdir chmod chown clock_getres clock_gettime close closedir connect dirname
@@ -45,7 +45,7 @@ check() {
             case " $(echo $refused) " in
                 *" $call "*) ;;
                 *) case $call in pthread_* | _[a-z]*) ;; *) continue ;; esac
-                   case $call in __attribute__ | __atomic_*) continue ;; esac ;;
+                   case $call in __attribute__ | __atomic_* | __builtin_* | _mm_*) continue ;; esac ;;
             esac
             # A function of the file's own by that name is the file's own.
             grep -qE "^(static )?[a-z][A-Za-z0-9_ *]* \*?$call\(.*\)? ?\{?\$" "$file" && continue

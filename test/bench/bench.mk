@@ -3,7 +3,8 @@
 
 ##@ Measuring
 
-.PHONY: study-picture ladder estimates bench-effects bench bench-peers bench-traversal bench-quick bench-growth check-bench
+.PHONY: study-picture ladder estimates bench-effects bench bench-peers bench-traversal bench-build bench-quick \
+        bench-growth check-bench
 
 ## study-picture: scenes/pictures/three-spots-study.svg: the plot that README.md shows
 study-picture: $(build)/render-cli meshes
@@ -47,6 +48,17 @@ bench-traversal:
 	POCL_MAX_PTHREAD_COUNT=1 taskset -c 0 $(build)/test/bench/traversal out/bench/traversal.json $(ARGS)
 
 $(build)/test/bench/traversal: $(patsubst %,$(build)/test/bench/%.o,traversal traversal_meshes) $(build)/libbrume.a
+	$(CC) $(link_flags) -o $@ $^ -lembree3 $(libs)
+
+# ARGS="1 5": meshes of up to a million triangles, five rounds
+## bench-build: building the hierarchy against Embree: time and memory
+bench-build:
+	@sh lib/deps.sh libembree-dev
+	@$(MAKE) --no-print-directory $(build)/test/bench/hierarchy
+	@mkdir -p out/bench
+	$(build)/test/bench/hierarchy out/bench/hierarchy.json $(ARGS)
+
+$(build)/test/bench/hierarchy: $(patsubst %,$(build)/test/bench/%.o,hierarchy traversal_meshes) $(build)/libbrume.a
 	$(CC) $(link_flags) -o $@ $^ -lembree3 $(libs)
 
 # This tree against an earlier commit, a minute: make bench-quick BASE=main~10

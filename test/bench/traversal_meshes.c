@@ -18,7 +18,7 @@ double traversal_uniform(uint64_t *state) {
 
 static traversal_mesh allocate(const char *name, size_t vertices, size_t triangles) {
     traversal_mesh m = {.name = name};
-    m.positions = malloc(vertices * 3 * sizeof *m.positions);
+    m.positions = malloc((vertices * 3 + 1) * sizeof *m.positions); /* Embree reads the last with 16 bytes */
     m.triangles = malloc(triangles * sizeof *m.triangles);
     if (!m.positions || !m.triangles) traversal_mesh_free(&m);
     return m;
