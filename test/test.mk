@@ -3,7 +3,7 @@
 
 ##@ Tests
 
-.PHONY: test trust fuzz stability exhaustive check-platform identity check-abi check-threads check-cl check-oclgrind check-intel crosscheck check-study check-pictures check-blender check-slurm check-help \
+.PHONY: test trust fuzz stability exhaustive check-platform identity check-abi check-threads check-cl check-oclgrind check-intel crosscheck check-study check-pictures check-blender check-slurm check-help check-readme \
         fuzzers threads-checked
 
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
@@ -101,6 +101,10 @@ threads-checked: $(build)/test/test_threads
 ## check-help: `make help` lists what there is, and README.md names nothing else
 check-help:
 	@sh test/check_help.sh '$(MAKE)' README.md $(filter-out %.d,$(MAKEFILE_LIST))
+
+## check-readme: README.md at its word: links, options, its scene, its program
+check-readme: $(build)/render-cli
+	@sh test/check_readme.sh $(build) '$(CC)' '$(libs)'
 
 ## check-cl: every kernel entry point checked by clang as OpenCL C 1.2
 check-cl: | $(first)
