@@ -9,6 +9,7 @@
 #define BRUME_MITSUBA_H
 
 #include "context.h"
+#include "image.h"
 #include "platform.h"
 #include "xml_tree.h"
 
@@ -64,6 +65,10 @@ void mitsuba_keep(mitsuba_reader *reader, const xml_node *node, brume_result res
 void mitsuba_note(mitsuba_reader *reader, const xml_node *node, brume_object kind, uint32_t index);
 /* "file:line:column" of the element, or NULL without memory. */
 const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node);
+
+/* Where the file of that name is (xml_tree_resolve), and what the messages of its reader begin with; NULL after an
+ * error. */
+const char *mitsuba_path(mitsuba_object *object, const char *filename, const char **out_where);
 
 /* Checks that the plugin exists. */
 mitsuba_object mitsuba_open(mitsuba_reader *reader, xml_node *node);
@@ -128,6 +133,8 @@ const char *mitsuba_nearest_conductor(const char *name);
 
 /* ---- readers: each adds to the scene and returns the id there, BRUME_NONE after an error ------------------------ */
 
+/* The texels of a picture, to be freed; untouched after an error. */
+void mitsuba_read_picture(mitsuba_object *object, const char *filename, int raw, brume_image *out);
 uint32_t mitsuba_read_texture(mitsuba_reader *reader, xml_node *node);
 uint32_t mitsuba_read_bsdf(mitsuba_reader *reader, xml_node *node);
 uint32_t mitsuba_read_medium(mitsuba_reader *reader, xml_node *node);

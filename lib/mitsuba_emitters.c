@@ -3,7 +3,6 @@
  * An emitter's medium is the one its light starts in. Paths are built from the camera and know the medium they are in,
  * so it is read, to be checked, and then has no effect: as in Mitsuba's own volpath.
  */
-#include "image.h"
 #include "mitsuba.h"
 
 #include <stdlib.h>
@@ -70,14 +69,7 @@ static void read_envmap(mitsuba_object *o, brume_light_desc *desc, brume_image *
     mitsuba_boolean(o, "mis_compensation", 0); /* changes noise only */
     mitsuba_require(o, "filename", filename && *filename, "name a picture");
     mitsuba_close(o); /* before the time it takes to read a picture */
-    const char *where = mitsuba_where(o->reader, o->node);
-    if (o->reader->result != BRUME_OK) return;
-    const char *path = xml_tree_resolve(o->reader->tree, o->node->file, filename);
-    if (!path) {
-        mitsuba_fail_memory(o->reader);
-        return;
-    }
-    mitsuba_keep(o->reader, o->node, brume_image_read(o->reader->context, path, 0, where, image));
+    mitsuba_read_picture(o, filename, 0, image);
     desc->width = image->width;
     desc->height = image->height;
     desc->texels = image->texels;

@@ -64,6 +64,15 @@ const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node) {
     return where;
 }
 
+const char *mitsuba_path(mitsuba_object *object, const char *filename, const char **out_where) {
+    mitsuba_reader *reader = object->reader;
+    *out_where = mitsuba_where(reader, object->node);
+    if (reader->result != BRUME_OK) return NULL;
+    const char *path = xml_tree_resolve(reader->tree, object->node->file, filename);
+    if (!path) mitsuba_fail_memory(reader);
+    return path;
+}
+
 /* ---- opening ---------------------------------------------------------------------------------------------------- */
 
 /* Only attributes from the list, which is "|name|value|". */

@@ -10,13 +10,8 @@ static void read_mesh(mitsuba_object *o, brume_shape_desc *desc, brume_mesh *mes
     brume_mesh_options options = {mitsuba_boolean(o, "face_normals", 0), mitsuba_boolean(o, "flip_tex_coords", is_obj)};
     mitsuba_require(o, "filename", filename && *filename, "name a mesh");
     mitsuba_close(o); /* before the time it takes to read a mesh */
-    const char *where = mitsuba_where(o->reader, o->node);
-    if (o->reader->result != BRUME_OK) return;
-    const char *path = xml_tree_resolve(o->reader->tree, o->node->file, filename);
-    if (!path) {
-        mitsuba_fail_memory(o->reader);
-        return;
-    }
+    const char *where, *path = mitsuba_path(o, filename, &where);
+    if (!path) return;
     mitsuba_keep(o->reader, o->node,
                  (is_obj ? brume_mesh_read_obj : brume_mesh_read_ply)(o->reader->context, path, &options, where, mesh));
     desc->vertex_count = mesh->vertex_count;

@@ -1,5 +1,4 @@
 /* mitsuba_textures.c -- bitmap and checkerboard. */
-#include "image.h"
 #include "mitsuba.h"
 
 #include <stdlib.h>
@@ -28,6 +27,12 @@ static void read_to_uv(mitsuba_object *o, float out[6]) {
            6 * sizeof *out);
 }
 
+void mitsuba_read_picture(mitsuba_object *o, const char *filename, int raw, brume_image *out) {
+    const char *where, *path = mitsuba_path(o, filename, &where);
+    if (path)
+        mitsuba_keep(o->reader, o->node, brume_image_read(o->reader->context, path, raw, where, out));
+}
+
 static void read_bitmap(mitsuba_object *o, brume_texture_desc *desc, brume_image *image) {
     const char *filename = mitsuba_string(o, "filename", NULL);
     const char *filter = mitsuba_string(o, "filter_type", "bilinear");
@@ -47,14 +52,7 @@ static void read_bitmap(mitsuba_object *o, brume_texture_desc *desc, brume_image
                                               : BRUME_WRAP_REPEAT;
     mitsuba_require(o, "wrap_mode", !strcmp(wrap, "repeat") || !strcmp(wrap, "mirror") || !strcmp(wrap, "clamp"),
                     "be repeat, mirror or clamp");
-    const char *where = mitsuba_where(o->reader, o->node);
-    if (o->reader->result != BRUME_OK) return;
-    const char *path = xml_tree_resolve(o->reader->tree, o->node->file, filename);
-    if (!path) {
-        mitsuba_fail_memory(o->reader);
-        return;
-    }
-    mitsuba_keep(o->reader, o->node, brume_image_read(o->reader->context, path, raw, where, image));
+    mitsuba_read_picture(o, filename, raw, image);
     desc->width = image->width;
     desc->height = image->height;
     desc->texels = image->texels;

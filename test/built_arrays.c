@@ -9,30 +9,17 @@
 
 #include "built_arrays.h"
 
-brume_context *scene_context;
-
-int open_context(void **state) {
-    (void)state;
-    return brume_context_create(&scene_context) != BRUME_OK;
-}
-
-int close_context(void **state) {
-    (void)state;
-    brume_context_destroy(scene_context);
-    return 0;
-}
-
 brume_scene *scene_with_sensor(void) {
     brume_scene *scene;
     brume_sensor_desc sensor = brume_sensor_desc_default();
-    assert_int_equal(brume_scene_create(scene_context, &scene), BRUME_OK);
+    assert_int_equal(brume_scene_create(context, &scene), BRUME_OK);
     assert_int_equal(brume_scene_set_sensor(scene, &sensor), BRUME_OK);
     return scene;
 }
 
 void build_arrays(const brume_scene *scene, brume_arrays *arrays) {
     if (brume_arrays_build(scene, NULL, arrays) != BRUME_OK)
-        fail_msg("%s", brume_context_message(scene_context));
+        fail_msg("%s", brume_context_message(context));
 }
 
 void assert_close(double value, double wanted, double relative) {

@@ -3,11 +3,7 @@
 #define BUILT_ARRAYS_H
 
 #include "arrays.h"
-
-/* Set by open_context and freed by close_context, a test program's group setup and teardown. */
-extern brume_context *scene_context;
-int open_context(void **state);
-int close_context(void **state);
+#include "open_device.h"
 
 /* With a sensor and nothing else; brume_scene_destroy it. */
 brume_scene *scene_with_sensor(void);

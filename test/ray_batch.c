@@ -43,15 +43,6 @@ void ray_batch_free(ray_batch *b) {
     free(b->dark);
 }
 
-static cl_mem upload(const void *data, size_t size) {
-    cl_int code;
-    char nothing[16] = {0};
-    cl_mem m = clCreateBuffer(device->cl, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, size ? size : sizeof nothing,
-                              size ? (void *)(uintptr_t)data : nothing, &code);
-    assert_int_equal(code, CL_SUCCESS);
-    return m;
-}
-
 /* Programs are kept: most of a test's time would be their compilation. */
 static cl_kernel trace_kernel(const char *text, uint32_t lanes, brume_precision precision) {
     static struct { const char *text; uint32_t lanes; int precision; cl_kernel kernel; } kept[16];
@@ -79,17 +70,17 @@ void ray_batch_trace(const char *text, const test_mesh *mesh, const brume_bvh *b
     cl_kernel kernel = trace_kernel(text, lanes, precision);
     assert_true(bvh->stack_size <= 200);
 
-    cl_mem buffers[11] = {upload(bvh->nodes, bvh->node_count * sizeof *bvh->nodes),
-                          upload(bvh->blocks, bvh->block_count * sizeof *bvh->blocks),
-                          upload(mesh->quadrics, mesh->quadric_count * sizeof *mesh->quadrics),
-                          upload(bvh->quadric_ids, bvh->quadric_block_count * 8 * sizeof *bvh->quadric_ids),
-                          upload(b->o, 3 * b->n * sizeof *b->o),
-                          upload(b->d, 3 * b->n * sizeof *b->d),
-                          upload(b->range, 2 * b->n * sizeof *b->range),
-                          upload(b->t, b->n * real_size),
-                          upload(b->prim, b->n * sizeof *b->prim),
-                          upload(b->uv, 2 * b->n * real_size),
-                          upload(b->dark, b->n * sizeof *b->dark)};
+    cl_mem buffers[11] = {upload_bytes(bvh->nodes, bvh->node_count * sizeof *bvh->nodes),
+                          upload_bytes(bvh->blocks, bvh->block_count * sizeof *bvh->blocks),
+                          upload_bytes(mesh->quadrics, mesh->quadric_count * sizeof *mesh->quadrics),
+                          upload_bytes(bvh->quadric_ids, bvh->quadric_block_count * 8 * sizeof *bvh->quadric_ids),
+                          upload_bytes(b->o, 3 * b->n * sizeof *b->o),
+                          upload_bytes(b->d, 3 * b->n * sizeof *b->d),
+                          upload_bytes(b->range, 2 * b->n * sizeof *b->range),
+                          upload_bytes(b->t, b->n * real_size),
+                          upload_bytes(b->prim, b->n * sizeof *b->prim),
+                          upload_bytes(b->uv, 2 * b->n * real_size),
+                          upload_bytes(b->dark, b->n * sizeof *b->dark)};
     cl_int counts[2] = {(cl_int)mesh->triangle_count, (cl_int)b->n};
     for (cl_uint i = 0; i < 4; i++) clSetKernelArg(kernel, i, sizeof(cl_mem), &buffers[i]);
     for (cl_uint i = 0; i < 2; i++) clSetKernelArg(kernel, 4 + i, sizeof(cl_int), &counts[i]);

@@ -65,7 +65,7 @@ static void test_no_sensor(void **state) {
     (void)state;
     brume_scene *scene;
     brume_arrays a;
-    assert_int_equal(brume_scene_create(scene_context, &scene), BRUME_OK);
+    assert_int_equal(brume_scene_create(context, &scene), BRUME_OK);
     assert_int_equal(brume_arrays_build(scene, NULL, &a), BRUME_ERROR_SCENE);
     brume_scene_destroy(scene);
 }
@@ -254,7 +254,7 @@ static void test_too_far(void **state) {
     cube.to_world[0] = cube.to_world[5] = cube.to_world[10] = 1e30f;
     assert_int_equal(brume_scene_add_shape(scene, &cube, NULL), BRUME_OK);
     assert_int_equal(brume_arrays_build(scene, NULL, &a), BRUME_ERROR_SCENE);
-    assert_non_null(strstr(brume_context_message(scene_context), "shape 0"));
+    assert_non_null(strstr(brume_context_message(context), "shape 0"));
     brume_scene_destroy(scene);
 }
 
@@ -270,5 +270,5 @@ int main(void) {
         cmocka_unit_test(test_quadrics),
         cmocka_unit_test(test_too_far),
     };
-    return cmocka_run_group_tests(tests, open_context, close_context);
+    return cmocka_run_group_tests(tests, open_context, close_device);
 }

@@ -192,5 +192,5 @@ int main(void) {
         cmocka_unit_test(test_dark_environments),
         cmocka_unit_test(test_environment_rotation),
     };
-    return cmocka_run_group_tests(tests, open_context, close_context);
+    return cmocka_run_group_tests(tests, open_context, close_device);
 }

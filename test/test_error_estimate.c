@@ -12,21 +12,9 @@
 
 #include "device_test.h"
 #include "error_estimate.h"
+#include "open_device.h"
 
 enum { WIDTH = 72, HEIGHT = 56, PIXELS = WIDTH * HEIGHT, LEVELS = 7, MOST = 1 << LEVELS };
-
-static brume_context *context;
-
-static int make_context(void **state) {
-    (void)state;
-    return brume_context_create(&context) == BRUME_OK ? 0 : -1;
-}
-
-static int drop_context(void **state) {
-    (void)state;
-    brume_context_destroy(context);
-    return 0;
-}
 
 /* The first MOST points of a van der Corput sequence in base 2 with nested random scrambling (Owen 1995): every digit
  * is flipped or not by a coin of its own for each of the prefixes before it. */
@@ -331,5 +319,5 @@ int main(void) {
         cmocka_unit_test(growth_between_powers),
         cmocka_unit_test(a_bright_path_in_the_dark),
     };
-    return cmocka_run_group_tests(tests, make_context, drop_context);
+    return cmocka_run_group_tests(tests, open_context, close_device);
 }

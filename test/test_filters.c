@@ -108,5 +108,5 @@ int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_filters),
     };
-    return cmocka_run_group_tests(tests, open_context, close_context);
+    return cmocka_run_group_tests(tests, open_context, close_device);
 }

@@ -52,15 +52,6 @@ typedef struct setup {
     float *normals, *uvs; /* per vertex, or NULL */
 } setup;
 
-static cl_mem upload(const void *data, size_t size) {
-    cl_int code;
-    char nothing[16] = {0};
-    cl_mem m = clCreateBuffer(device->cl, CL_MEM_READ_WRITE | CL_MEM_COPY_HOST_PTR, size ? size : sizeof nothing,
-                              size ? (void *)(uintptr_t)data : nothing, &code);
-    assert_int_equal(code, CL_SUCCESS);
-    return m;
-}
-
 /* n a multiple of 16. */
 static void look(const setup *s, uint32_t lanes, brume_precision precision, const float *rays, uint32_t n, float *out) {
     static struct { cl_kernel kernel; uint32_t lanes; int precision, fixed_offset; } kept[10];
@@ -89,17 +80,17 @@ static void look(const setup *s, uint32_t lanes, brume_precision precision, cons
     assert_int_equal(brume_bvh_build(context, m->positions, m->triangles, m->triangle_count, m->quadrics,
                                      m->quadric_count, &bvh), BRUME_OK);
     assert_true(bvh.stack_size <= 64);
-    cl_mem buffers[11] = {upload(bvh.nodes, bvh.node_count * sizeof *bvh.nodes),
-                          upload(bvh.blocks, bvh.block_count * sizeof *bvh.blocks),
-                          upload(m->quadrics, m->quadric_count * sizeof *m->quadrics),
-                          upload(bvh.quadric_ids, bvh.quadric_block_count * 8 * sizeof *bvh.quadric_ids),
-                          upload(m->triangles, m->triangle_count * sizeof *m->triangles),
-                          upload(&s->shape, sizeof s->shape),
-                          upload(m->positions, m->vertex_count * 3 * sizeof *m->positions),
-                          upload(s->normals, s->normals ? m->vertex_count * 3 * sizeof(float) : 0),
-                          upload(s->uvs, s->uvs ? m->vertex_count * 2 * sizeof(float) : 0),
-                          upload(rays, 9 * n * sizeof *rays),
-                          upload(out, VALUES * n * sizeof *out)};
+    cl_mem buffers[11] = {upload_bytes(bvh.nodes, bvh.node_count * sizeof *bvh.nodes),
+                          upload_bytes(bvh.blocks, bvh.block_count * sizeof *bvh.blocks),
+                          upload_bytes(m->quadrics, m->quadric_count * sizeof *m->quadrics),
+                          upload_bytes(bvh.quadric_ids, bvh.quadric_block_count * 8 * sizeof *bvh.quadric_ids),
+                          upload_bytes(m->triangles, m->triangle_count * sizeof *m->triangles),
+                          upload_bytes(&s->shape, sizeof s->shape),
+                          upload_bytes(m->positions, m->vertex_count * 3 * sizeof *m->positions),
+                          upload_bytes(s->normals, s->normals ? m->vertex_count * 3 * sizeof(float) : 0),
+                          upload_bytes(s->uvs, s->uvs ? m->vertex_count * 2 * sizeof(float) : 0),
+                          upload_bytes(rays, 9 * n * sizeof *rays),
+                          upload_bytes(out, VALUES * n * sizeof *out)};
     cl_int counts[2] = {(cl_int)m->triangle_count, (cl_int)n};
     for (cl_uint i = 0; i < 11; i++) clSetKernelArg(kept[at].kernel, i, sizeof(cl_mem), &buffers[i]);
     for (cl_uint i = 0; i < 2; i++) clSetKernelArg(kept[at].kernel, 11 + i, sizeof(cl_int), &counts[i]);

@@ -54,6 +54,11 @@ static void render_film(const brume_scene *scene, const brume_render_desc *desc,
     assert_true(sum == (double)out->stats.samples);
 }
 
+static void expect_same_film(const film *a, const film *b) {
+    assert_memory_equal(a->rgb, b->rgb, sizeof a->rgb);
+    assert_memory_equal(a->samples, b->samples, sizeof a->samples);
+}
+
 /* Of a render of which nothing else matters. */
 static brume_render_stats stats_of(const brume_scene *scene, const brume_render_desc *desc) {
     brume_render_stats stats;
@@ -115,13 +120,11 @@ static void same_bits_however_it_is_cut(void **state) {
     render_film(scene, &desc, 0, &one);
     assert_true(one.stats.adaptive);
     render_film(scene, &desc, 1, &other);
-    assert_memory_equal(one.rgb, other.rgb, sizeof one.rgb);
-    assert_memory_equal(one.samples, other.samples, sizeof one.samples);
+    expect_same_film(&one, &other);
     for (uint32_t lanes = 1; lanes <= 8; lanes += 7) {
         desc.lanes = lanes;
         render_film(scene, &desc, 0, &other);
-        assert_memory_equal(one.rgb, other.rgb, sizeof one.rgb);
-        assert_memory_equal(one.samples, other.samples, sizeof one.samples);
+        expect_same_film(&one, &other);
     }
     brume_scene_destroy(scene);
 }

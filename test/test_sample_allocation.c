@@ -11,23 +11,11 @@
 #include <cmocka.h>
 
 #include "device_test.h"
+#include "open_device.h"
 #include "sample_allocation.h"
 #include "stats.h"
 
 enum { WIDTH = 45, HEIGHT = 38, PIXELS = WIDTH * HEIGHT, FIRST = 16 };
-
-static brume_context *context;
-
-static int make_context(void **state) {
-    (void)state;
-    return brume_context_create(&context) == BRUME_OK ? 0 : -1;
-}
-
-static int drop_context(void **state) {
-    (void)state;
-    brume_context_destroy(context);
-    return 0;
-}
 
 /* A grey picture whose errors lie along a slanting line. */
 static void make_estimate(brume_error_estimate *e) {
@@ -227,5 +215,5 @@ int main(void) {
         cmocka_unit_test(a_pixel_has_no_say_in_its_count),
         cmocka_unit_test(means_are_unbiased),
     };
-    return cmocka_run_group_tests(tests, make_context, drop_context);
+    return cmocka_run_group_tests(tests, open_context, close_device);
 }
