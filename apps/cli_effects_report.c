@@ -5,6 +5,7 @@
 #include <string.h>
 
 #include "cli_effects.h"
+#include "files.h"
 #include "small_png.h"
 
 enum { MOST_WIDTH = 240, MOST_PATH = 4096 };
@@ -40,11 +41,14 @@ static void put_number(FILE *file, const char *name, double value)
         fprintf(file, ",\"%s\":null", name);
 }
 
+/* 0, or errno. */
 static int write_json(const cli_effects_result *r, const char *path)
 {
-    FILE *file = fopen(path, "w");
-    if (!file)
-        return 0;
+    files_draft draft;
+    int error = files_begin(&draft, path);
+    if (error)
+        return error;
+    FILE *file = draft.file;
     fputs("{\"event\":\"effects\",\"scene\":", file);
     cli_json_string(file, r->options->scene);
     fprintf(file, ",\"width\":%u,\"height\":%u,\"samples\":%u,\"rounds\":%u", r->width, r->height, r->samples,
@@ -66,8 +70,7 @@ static int write_json(const cli_effects_result *r, const char *path)
         fprintf(file, ",\"program_bytes\":%llu}", (unsigned long long)v->program_bytes);
     }
     fputs("]}\n", file);
-    int failed = ferror(file);
-    return fclose(file) == 0 && !failed;
+    return files_end(&draft, 1);
 }
 
 /* ---- pictures: with, without, difference, side by side ---- */
@@ -99,13 +102,14 @@ static void tint(double difference, double scale, unsigned char *out)
         out[c] = srgb(weak + (1 - weak) * (x > 0 ? plus[c] : minus[c]));
 }
 
+/* 0, or errno. */
 static int write_picture(const cli_effects_result *r, const cli_variant *v, const char *path)
 {
     size_t step = (r->width + MOST_WIDTH - 1) / MOST_WIDTH;
     size_t width = (r->width + step - 1) / step, height = (r->height + step - 1) / step;
     unsigned char *rgb = malloc(9 * width * height);
     if (!rgb)
-        return 0;
+        return ENOMEM;
     double mean = 0;
     for (size_t i = 0; i < 3 * (size_t)r->width * r->height; i++)
         mean += r->variants[0].sums[0][i] / (3.0 * r->width * r->height);
@@ -121,23 +125,23 @@ static int write_picture(const cli_effects_result *r, const cli_variant *v, cons
             }
             tint(difference, mean > 0 ? mean : 1, row + 3 * (2 * width + x));
         }
-    int written = small_png_write(path, 3 * width, height, rgb);
+    int error = small_png_write(path, 3 * width, height, rgb);
     free(rgb);
-    return written;
+    return error;
 }
 
 int cli_effects_write(const cli_effects_result *r, const char *folder)
 {
     char path[MOST_PATH];
-    int written = 1;
-    for (size_t k = 0; k < r->count && written; k++) {
+    int error = 0;
+    for (size_t k = 0; k < r->count && !error; k++) {
         if (k == 0)
             snprintf(path, sizeof path, "%s/effects.json", folder);
         else
             snprintf(path, sizeof path, "%s/%s.png", folder, brume_effect_name(r->variants[k].effect));
-        written = k == 0 ? write_json(r, path) : write_picture(r, &r->variants[k], path);
+        error = k == 0 ? write_json(r, path) : write_picture(r, &r->variants[k], path);
     }
-    if (!written)
-        cli_error("%s: could not be written: %s", path, strerror(errno));
-    return written ? CLI_EXIT_OK : CLI_EXIT_OUTPUT;
+    if (error)
+        cli_error("%s: could not be written: %s", path, strerror(error));
+    return error ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
 }

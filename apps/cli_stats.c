@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "files.h"
 
 /* Length of the UTF-8 sequence that `s` starts with, 0 if it is none (RFC 3629: no overlong forms, no surrogates). */
 static int utf8_length(const unsigned char *s)
@@ -195,17 +196,18 @@ int cli_stats_write(const char *path, void (*print)(FILE *file, const void *what
 {
     if (!path)
         return CLI_EXIT_OK;
-    FILE *file = *path ? fopen(path, "w") : stdout;
-    if (file)
-        print(file, what);
-    int failed = !file || fflush(file) != 0 || ferror(file), error = errno;
-    if (file && *path && fclose(file) != 0 && !failed) {
-        failed = 1;
-        error = errno;
+    files_draft draft = {stdout, path, NULL};
+    int error = *path ? files_begin(&draft, path) : 0;
+    if (!error) {
+        print(draft.file, what);
+        if (*path)
+            error = files_end(&draft, 1);
+        else if (fflush(stdout) != 0 || ferror(stdout))
+            error = errno ? errno : EIO;
     }
-    if (failed)
+    if (error)
         cli_error("%s: statistics could not be written: %s", *path ? path : "standard output", strerror(error));
-    return failed ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
+    return error ? CLI_EXIT_OUTPUT : CLI_EXIT_OK;
 }
 
 void cli_stats_summary(FILE *file, const cli_run *run)

@@ -6,6 +6,7 @@
 #include <string.h>
 
 #include "cli_study.h"
+#include "files.h"
 #include "platform.h"
 
 static const char style[] =
@@ -372,12 +373,13 @@ static void put_command(FILE *file, const study *s)
 
 int study_write_page(const study *s, int drawn)
 {
-    char path[STUDY_PATH], temporary[STUDY_PATH + 8];
+    char path[STUDY_PATH];
+    files_draft page;
     study_path(s, "study.html", path);
-    snprintf(temporary, sizeof temporary, "%s.tmp", path);
-    FILE *file = fopen(temporary, "w");
-    if (!file)
-        return study_not_written(path, errno);
+    int error = files_begin(&page, path);
+    if (error)
+        return study_not_written(path, error);
+    FILE *file = page.file;
     size_t finished = 0;
     for (size_t k = 0; k < s->setting_count; k++)
         finished += s->curves[k].count > 0;
@@ -398,12 +400,6 @@ int study_write_page(const study *s, int drawn)
     }
     put_command(file, s);
     fputs("</body></html>\n", file);
-    int failed = ferror(file);
-    failed |= fclose(file) != 0;
-    if (!code) {
-        int error = failed ? errno : brume_file_rename(temporary, path);
-        if (failed || error)
-            code = study_not_written(path, error);
-    }
-    return code;
+    error = files_end(&page, code == CLI_EXIT_OK);
+    return code || !error ? code : study_not_written(path, error);
 }

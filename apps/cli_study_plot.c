@@ -205,15 +205,20 @@ static int run_gnuplot(const study *s)
     return platform_run(arguments, s->folder) == 0;
 }
 
-int study_write_plot(const study *s, int *drawn)
+static void remove_plots(const study *s)
 {
     char path[STUDY_PATH];
-    size_t curves = 0;
-    *drawn = 0;
     study_path(s, "study.svg", path);
     remove(path);
     study_path(s, "study.png", path);
     remove(path);
+}
+
+int study_write_plot(const study *s, int *drawn)
+{
+    size_t curves = 0;
+    *drawn = 0;
+    remove_plots(s);
     for (size_t k = 0; k < s->setting_count; k++)
         curves += s->curves[k].count > 0;
     if (curves == 0)
@@ -224,6 +229,8 @@ int study_write_plot(const study *s, int *drawn)
     if (code)
         return code;
     *drawn = run_gnuplot(s);
+    if (!*drawn) /* what it left on a full disk is half a plot */
+        remove_plots(s);
     if (!*drawn && s->options->verbosity >= 0)
         fprintf(stderr, "render-cli: warning: gnuplot did not run (Debian: gnuplot-nox): the page is without its plot; "
                         "%s/study.gp is its script\n", s->folder);

@@ -1,24 +1,21 @@
 /* study.csv, a row a picture, and study.json, the same and what follows from it. */
-#include <errno.h>
 #include <math.h>
 #include <string.h>
 
 #include "cli_study.h"
+#include "files.h"
 
-static FILE *open_table(const study *s, const char *name, char path[STUDY_PATH])
+static int open_table(const study *s, const char *name, char path[STUDY_PATH], files_draft *out)
 {
     study_path(s, name, path);
-    FILE *file = fopen(path, "w");
-    if (!file)
-        study_not_written(path, errno);
-    return file;
+    int error = files_begin(out, path);
+    return error ? study_not_written(path, error) : CLI_EXIT_OK;
 }
 
-static int close_table(FILE *file, const char *path)
+static int close_table(files_draft *table)
 {
-    int failed = ferror(file);
-    failed |= fclose(file) != 0;
-    return failed ? study_not_written(path, errno) : CLI_EXIT_OK;
+    int error = files_end(table, 1);
+    return error ? study_not_written(table->path, error) : CLI_EXIT_OK;
 }
 
 /* ---- CSV: what isn't known is empty ---- */
@@ -52,9 +49,11 @@ static void csv_row(FILE *file, const study_setting *setting, const study_curve 
 static int write_csv(const study *s)
 {
     char path[STUDY_PATH];
-    FILE *file = open_table(s, "study.csv", path);
-    if (!file)
-        return CLI_EXIT_OUTPUT;
+    files_draft table;
+    int code = open_table(s, "study.csv", path, &table);
+    if (code)
+        return code;
+    FILE *file = table.file;
     fputs("setting,seed,samples,bvh_seconds,upload_seconds,build_seconds,pilot_seconds,render_seconds,cpu_seconds,"
           "relmse,relmse_trimmed,mape,smape,flip,estimated_relmse,fireflies,bad_samples,mean_ratio,deviates,pair_noise,"
           "pair_bias,pair_bias_sigma,other_relmse,other_flip,near_floor,on_front\n", file);
@@ -62,7 +61,7 @@ static int write_csv(const study *s)
         for (size_t i = 0; i < s->curves[k].count; i++)
             for (int seed = 0; seed < STUDY_SEEDS; seed++)
                 csv_row(file, &s->settings[k], &s->curves[k], i, seed, s->base.render.seed + (uint32_t)seed);
-    return close_table(file, path);
+    return close_table(&table);
 }
 
 /* ---- JSON: what isn't known is null ---- */
@@ -163,9 +162,11 @@ static void json_rounding(FILE *file, const study *s, const study_rounding *r)
 static int write_json(const study *s)
 {
     char path[STUDY_PATH];
-    FILE *file = open_table(s, "study.json", path);
-    if (!file)
-        return CLI_EXIT_OUTPUT;
+    files_draft table;
+    int code = open_table(s, "study.json", path, &table);
+    if (code)
+        return code;
+    FILE *file = table.file;
     fputc('{', file);
     text(file, "version", BRUME_VERSION);
     fputc(',', file);
@@ -216,7 +217,7 @@ static int write_json(const study *s)
         json_rounding(file, s, &s->roundings[k]);
     }
     fputs("]}\n", file);
-    return close_table(file, path);
+    return close_table(&table);
 }
 
 int study_write_tables(const study *s)

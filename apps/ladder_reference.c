@@ -1,12 +1,11 @@
 /* References: long renders, each the mean of two halves with seeds of their own, whose difference says how far it can
  * be trusted. They are kept in a folder, under a name made of all that they depend on except the renderer. */
-#include <errno.h>
 #include <stdlib.h>
 #include <string.h>
 
 #include "error_metrics.h"
+#include "files.h"
 #include "ladder.h"
-#include "platform.h"
 #include "scene_hash.h"
 
 /* Far from the seeds of what is compared with it. */
@@ -42,18 +41,17 @@ static int load(const char *path, const char *settings, size_t pixel_count, ladd
     return 1;
 }
 
-/* Under a name of its own first: what is found under the right one is whole. */
 static int save(const char *path, const char *settings, const ladder_reference *reference)
 {
-    char temporary[LADDER_PATH + 8];
+    files_draft draft;
     header h = {reference->samples, reference->seconds, reference->error, reference->pixel_count};
-    snprintf(temporary, sizeof temporary, "%s.tmp", path);
-    FILE *file = fopen(temporary, "wb");
-    int ok = file && fputs(settings, file) >= 0 && fwrite(&h, sizeof h, 1, file) == 1 &&
-             fwrite(reference->radiance, sizeof(float), 3 * h.pixel_count, file) == 3 * h.pixel_count;
-    if (file)
-        ok &= fclose(file) == 0;
-    int error = ok ? brume_file_rename(temporary, path) : errno;
+    int error = files_begin(&draft, path);
+    if (!error) {
+        fputs(settings, draft.file);
+        fwrite(&h, sizeof h, 1, draft.file);
+        fwrite(reference->radiance, sizeof(float), 3 * h.pixel_count, draft.file);
+        error = files_end(&draft, 1);
+    }
     if (!error)
         return LADDER_EXIT_OK;
     ladder_error("%s: cannot be written: %s", path, strerror(error));

@@ -19,6 +19,8 @@ int platform_make_temporary_folder(char *path);
  * or special file systems. 0, or errno. */
 int platform_probe(const char *path);
 int platform_is_readable(const char *path);
+/* Whether there is something of that name that is no file and no folder: a device, a pipe. */
+int platform_is_special(const char *path);
 
 /* What was written to the file, to the disk itself. 0, or errno. */
 int platform_sync(FILE *file);

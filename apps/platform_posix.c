@@ -58,6 +58,12 @@ int platform_is_readable(const char *path)
     return access(path, R_OK) == 0;
 }
 
+int platform_is_special(const char *path)
+{
+    struct stat info;
+    return stat(path, &info) == 0 && !S_ISREG(info.st_mode) && !S_ISDIR(info.st_mode);
+}
+
 int platform_sync(FILE *file)
 {
     return fflush(file) != 0 || fsync(fileno(file)) != 0 ? errno : 0;

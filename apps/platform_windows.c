@@ -14,6 +14,8 @@
 #include <stdint.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/stat.h>
+#include <sys/types.h>
 
 /* In units of 100 ns. */
 static double seconds_of(FILETIME time)
@@ -57,6 +59,12 @@ int platform_probe(const char *path)
     }
     free(trial);
     return error;
+}
+
+int platform_is_special(const char *path)
+{
+    struct _stat64 info;
+    return _stat64(path, &info) == 0 && !(info.st_mode & (_S_IFREG | _S_IFDIR));
 }
 
 int platform_is_readable(const char *path)

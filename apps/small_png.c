@@ -2,9 +2,12 @@
  * (RFC 1951, 3.2.4), a row each. */
 #include "small_png.h"
 
+#include <errno.h>
 #include <stdint.h>
 #include <stdio.h>
 #include <string.h>
+
+#include "files.h"
 
 typedef struct stream {
     FILE *file;
@@ -63,10 +66,12 @@ static void put_rows(stream *s, size_t width, size_t height, const unsigned char
 int small_png_write(const char *path, size_t width, size_t height, const unsigned char *rgb)
 {
     if (width == 0 || height == 0 || 3 * width + 1 > 0xffff)
-        return 0;
-    stream s = {fopen(path, "wb"), 0};
-    if (!s.file)
-        return 0;
+        return EINVAL;
+    files_draft draft;
+    int error = files_begin(&draft, path);
+    if (error)
+        return error;
+    stream s = {draft.file, 0};
     put(&s, "\x89PNG\r\n\x1a\n", 8);
     begin_chunk(&s, "IHDR", 13);
     put32(&s, (uint32_t)width);
@@ -78,6 +83,5 @@ int small_png_write(const char *path, size_t width, size_t height, const unsigne
     end_chunk(&s);
     begin_chunk(&s, "IEND", 0);
     end_chunk(&s);
-    int failed = ferror(s.file);
-    return fclose(s.file) == 0 && !failed;
+    return files_end(&draft, 1);
 }

@@ -4,7 +4,8 @@
 
 #include <stddef.h>
 
-/* rgb: height x width x 3 bytes, rows from the top. Returns 0 on failure, with errno. */
+/* rgb: height x width x 3 bytes, rows from the top. The file appears whole. 0, or errno: EINVAL for a size
+ * that it is not for. */
 int small_png_write(const char *path, size_t width, size_t height, const unsigned char *rgb);
 
 #endif

@@ -150,7 +150,7 @@ brume_result brume_checkpoint_same_render(brume_context *context, const char *pa
 /* ---- writing ---- */
 
 brume_result brume_checkpoint_begin(brume_context *context, const char *path, brume_checkpoint_writer *out) {
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     BRUME_TRY(brume_output_open(context, path, &out->output));
     out->output.durable = 1;
     out->output.end = sizeof(prelude);

@@ -7,6 +7,7 @@
 #include "platform.h"
 
 enum { MOST_ATTEMPTS = 100 };
+#define OLD_SECONDS 86400.0
 
 /* FNV-1a (Fowler, Noll & Vo) of the host's name: names differ by their numbers, and may be too long for a file's. */
 uint32_t brume_host_number(void) {
@@ -53,4 +54,37 @@ int brume_file_replace(const char *path, const void *bytes, size_t size, int own
     if (error) remove(temporary);
     free(temporary);
     return error;
+}
+
+typedef struct stale {
+    const char *folder, *name; /* "." or with its separator; of the file */
+    uint32_t host;
+} stale;
+
+/* NAME.4711-0badcafe-0.tmp */
+static int remove_if_stale(void *user, const brume_folder_entry *entry) {
+    const stale *s = user;
+    size_t length = strlen(s->name);
+    long process;
+    unsigned host, attempt;
+    char rebuilt[64];
+    if (strncmp(entry->name, s->name, length) != 0) return 1;
+    const char *rest = entry->name + length;
+    if (sscanf(rest, ".%9ld-%8x-%3u.tmp", &process, &host, &attempt) != 3) return 1;
+    snprintf(rebuilt, sizeof rebuilt, ".%ld-%08x-%u.tmp", process, host, attempt);
+    if (strcmp(rebuilt, rest) != 0) return 1;
+    int ended = host == s->host && (process == brume_process_number() || brume_process_is_gone(process));
+    if (ended || entry->age > OLD_SECONDS) brume_folder_remove(s->folder, entry->name);
+    return 1;
+}
+
+void brume_file_remove_stale(const char *path) {
+    size_t length = brume_path_folder(path), room = length ? length : 1;
+    char *folder = malloc(room + 1);
+    if (!folder) return;
+    memcpy(folder, length ? path : ".", room);
+    folder[room] = 0;
+    stale s = {folder, path + length, brume_host_number()};
+    brume_folder_visit(folder, remove_if_stale, &s);
+    free(folder);
 }

@@ -57,6 +57,12 @@ int count_numbers(const char *at, const char *end) {
     return count;
 }
 
+// The parser ends a line at a lone CR, too: so do the passes before it.
+void end_lines(std::string &text) {
+    for (size_t at = text.find('\r'); at != std::string::npos; at = text.find('\r', at + 1))
+        if (at + 1 == text.size() || text[at + 1] != '\n') text[at] = '\n';
+}
+
 // Looks at v, vn and vt only; faces are left to the parser. Vertex count limits its index arithmetic.
 bool check_numbers(const char *text, size_t size, refusal *why) {
     const char *at = text, *end = text + size;
@@ -221,6 +227,7 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
         why->what = "the file is not text";
         return false;
     }
+    end_lines(kept);
     if (!check_numbers(kept.c_str(), size, why)) return false;
     hide_weights(kept);
 

@@ -8,8 +8,6 @@
 
 #include "platform.h"
 
-#define OLD_SECONDS 86400.0
-
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out) {
     brume_output output = {.path = path, .descriptor = -1};
     output.descriptor = brume_file_create_beside(path, 0, &output.temporary);
@@ -19,39 +17,6 @@ brume_result brume_output_open(brume_context *context, const char *path, brume_o
         return brume_fail(context, BRUME_ERROR_OUTPUT, "%s: %s", path, strerror(errno));
     *out = output;
     return BRUME_OK;
-}
-
-typedef struct stale {
-    const char *folder, *name; /* "." or with its separator; of the file */
-    uint32_t host;
-} stale;
-
-/* NAME.4711-0badcafe-0.tmp */
-static int remove_if_stale(void *user, const brume_folder_entry *entry) {
-    const stale *s = user;
-    size_t length = strlen(s->name);
-    long process;
-    unsigned host, attempt;
-    char rebuilt[64];
-    if (strncmp(entry->name, s->name, length) != 0) return 1;
-    const char *rest = entry->name + length;
-    if (sscanf(rest, ".%9ld-%8x-%3u.tmp", &process, &host, &attempt) != 3) return 1;
-    snprintf(rebuilt, sizeof rebuilt, ".%ld-%08x-%u.tmp", process, host, attempt);
-    if (strcmp(rebuilt, rest) != 0) return 1;
-    int ended = host == s->host && (process == brume_process_number() || brume_process_is_gone(process));
-    if (ended || entry->age > OLD_SECONDS) brume_folder_remove(s->folder, entry->name);
-    return 1;
-}
-
-void brume_output_remove_stale(const char *path) {
-    size_t length = brume_path_folder(path), room = length ? length : 1;
-    char *folder = malloc(room + 1);
-    if (!folder) return;
-    memcpy(folder, length ? path : ".", room);
-    folder[room] = 0;
-    stale s = {folder, path + length, brume_host_number()};
-    brume_folder_visit(folder, remove_if_stale, &s);
-    free(folder);
 }
 
 int brume_output_write(brume_output *output, const void *bytes, size_t size, uint64_t offset) {

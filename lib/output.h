@@ -15,11 +15,6 @@ typedef struct brume_output {
 
 brume_result brume_output_open(brume_context *context, const char *path, brume_output *out);
 
-/* Removes the temporary files of `path` that killed processes left: those of processes of this host that have ended, of
- * this one (which writes a file once at a time), and those of any host that nobody has written to for a day. Another
- * process that writes the same file now, such as a task that was queued again while it still ran, keeps its own. */
-void brume_output_remove_stale(const char *path);
-
 /* Non-zero if all `size` bytes were taken. */
 int brume_output_write(brume_output *output, const void *bytes, size_t size, uint64_t offset);
 int brume_output_append(brume_output *output, const void *bytes, size_t size);

@@ -70,6 +70,8 @@ int brume_path_is_absolute(const char *path);
 size_t brume_path_folder(const char *path);
 int brume_path_exists(const char *path);
 int brume_path_is_folder(const char *path);
+/* Such as /dev/zero, which has no end. */
+int brume_path_is_device(const char *path);
 
 /* Where programs keep what can be made again: $XDG_CACHE_HOME if absolute, else ~/.cache; %LOCALAPPDATA%. malloc'ed;
  * NULL if the environment names none. */
@@ -110,6 +112,10 @@ int brume_file_create_beside(const char *path, int own, char **out_name);
 /* Writes a file under such a name, to the disk itself, and then gives it its own: a crash leaves no file or a whole
  * one. 0, or errno. */
 int brume_file_replace(const char *path, const void *bytes, size_t size, int own);
+/* Removes the temporary files of `path` that killed processes left: those of processes of this host that have ended, of
+ * this one (which writes a file once at a time), and those of any host that nobody has written to for a day. Another
+ * process that writes the same file now, such as a task that was queued again while it still ran, keeps its own. */
+void brume_file_remove_stale(const char *path);
 
 /* ---- folders --------------------------------------------------------------------------------------------------- */
 

@@ -133,6 +133,11 @@ int brume_path_is_folder(const char *path) {
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
+int brume_path_is_device(const char *path) {
+    struct stat info;
+    return stat(path, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode));
+}
+
 /* a, then b; malloc'ed, NULL when memory ran out. */
 static char *join(const char *a, const char *b) {
     size_t x = strlen(a), y = strlen(b);

@@ -120,6 +120,11 @@ int brume_path_is_folder(const char *path) {
     return attributes != INVALID_FILE_ATTRIBUTES && (attributes & FILE_ATTRIBUTE_DIRECTORY);
 }
 
+int brume_path_is_device(const char *path) {
+    struct _stat64 info;
+    return _stat64(path, &info) == 0 && (info.st_mode & _S_IFCHR) == _S_IFCHR;
+}
+
 /* a, then b; malloc'ed, NULL when memory ran out. */
 static char *join(const char *a, const char *b) {
     size_t x = strlen(a), y = strlen(b);

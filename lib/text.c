@@ -7,6 +7,8 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform.h"
+
 void brume_text_add(brume_text *text, const char *bytes, size_t count) {
     if (text->failed) return;
     if (text->length + count + 1 > text->capacity) {
@@ -37,6 +39,10 @@ void brume_text_format(brume_text *text, const char *format, ...) {
 }
 
 char *brume_text_read_file(const char *path, size_t *out_size) {
+    if (brume_path_is_device(path)) {
+        errno = EOPNOTSUPP;
+        return NULL;
+    }
     FILE *file = fopen(path, "rb");
     if (!file) return NULL;
     brume_text text = {0};

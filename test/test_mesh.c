@@ -227,6 +227,7 @@ static void test_bad_files(void **state) {
         {"a.obj", SQUARE "f 0 1 2\n", "a.obj:5: "},
         {"a.obj", SQUARE "f -9 -8 -7\n", "a.obj"},
         {"a.obj", "v 0 0 0\nv nan 0 0\nv 0 1 0\nf 1 2 3\n", "a.obj:2: expected three numbers after v"},
+        {"a.obj", "v 0 0 0\r\nv 1 0 0\rv 0 up 0\rf 1 2 3\r", "a.obj:3: expected three numbers after v"},
         {"a.obj", "v 0 0 0\nv 0 1\nv 0 1 0\nf 1 2 3\n", "a.obj:2: "},
         {"a.obj", SQUARE "vn 0 0 up\nf 1 2 3\n", "a.obj:5: expected three numbers after vn"},
         {"a.obj", SQUARE "vt inf\nf 1 2 3\n", "a.obj:5: expected numbers after vt"},
@@ -259,11 +260,28 @@ static void test_missing_files(void **state) {
     brume_mesh mesh;
     assert_int_equal(brume_mesh_read_obj(context, "/nowhere/a.obj", &plain, NULL, &mesh), BRUME_ERROR_SCENE);
     assert_non_null(strstr(brume_context_message(context), "/nowhere/a.obj: No such file"));
+    /* What has no end is not read. */
+    assert_int_equal(brume_mesh_read_obj(context, "/dev/zero", &plain, NULL, &mesh), BRUME_ERROR_SCENE);
+    assert_non_null(strstr(brume_context_message(context), "/dev/zero: Operation not supported"));
     assert_int_equal(brume_mesh_read_ply(context, "/nowhere/a.ply", &plain, NULL, &mesh), BRUME_ERROR_SCENE);
     assert_non_null(strstr(brume_context_message(context), "/nowhere/a.ply: No such file"));
     assert_int_equal(brume_mesh_read_obj(context, NULL, &plain, NULL, &mesh), BRUME_ERROR_ARGUMENT);
     assert_int_equal(brume_mesh_read_ply(context, "a", NULL, NULL, &mesh), BRUME_ERROR_ARGUMENT);
     brume_mesh_free(NULL);
+}
+
+/* Lines that end as those of old Macs did, as those of Windows do, and a word of bones on one of them. */
+static void test_line_ends(void **state) {
+    (void)state;
+    static const char *const files[] = {"v 0 0 0\rv 1 0 0\rv 0 1 0\rvw 0 1e30 1\rf 1 2 3\r",
+                                        "v 0 0 0\r\nv 1 0 0\r\nv 0 1 0\r\nvw 0 1e30 1\r\nf 1 2 3",
+                                        "v 0 0 0\r\rv 1 0 0\n\rv 0 1 0\r\n\r\n\tvw 0 1e30 1\rf 1 2 3"};
+    for (int i = 0; i < 3; i++) {
+        brume_mesh mesh = read_text("lines.obj", files[i], &plain);
+        assert_int_equal(mesh.triangle_count, 1);
+        assert_float_equal(area(&mesh), 0.5, 1e-7);
+        brume_mesh_free(&mesh);
+    }
 }
 
 /* Every cut and many damaged bytes: read or refused, but never worse (this one is for the sanitizers). */
@@ -287,6 +305,7 @@ int main(void) {
         cmocka_unit_test(test_obj_faces), cmocka_unit_test(test_obj_seams),   cmocka_unit_test(test_smooth_normals),
         cmocka_unit_test(test_ply),       cmocka_unit_test(test_binary_ply),
         cmocka_unit_test(test_bad_files), cmocka_unit_test(test_missing_files), cmocka_unit_test(test_damaged_obj),
+        cmocka_unit_test(test_line_ends),
     };
     return cmocka_run_group_tests(tests, open_all, close_all);
 }

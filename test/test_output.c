@@ -85,11 +85,11 @@ static void who_has_ended_loses_it(void **state) {
     brume_output output;
     begin_elsewhere(NULL);
     assert_int_equal(count_files(NULL), 1);
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(count_files(NULL), 0);
     /* And this process itself, which saves once at a time. */
     assert_int_equal(brume_output_open(NULL, path, &output), BRUME_OK);
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(count_files(NULL), 0);
     brume_output_close(NULL, &output, 0);
 }
@@ -98,7 +98,7 @@ static void who_still_writes_keeps_it(void **state) {
     (void)state;
     int go, status;
     pid_t child = begin_elsewhere(&go);
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(count_files(NULL), 1);
     assert_int_equal(write(go, "", 1), 1);
     close(go);
@@ -119,12 +119,12 @@ static void other_hosts(void **state) {
     char *digit = strchr(strrchr(other, '/'), '-') + 1; /* state.4711-0badcafe-0.tmp */
     *digit = *digit == '0' ? '1' : '0';
     assert_int_equal(rename(name, other), 0);
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(access(other, F_OK), 0);
     time_t then = time(NULL) - 2 * 86400;
     const struct timespec days_ago[2] = {{then, 0}, {then, 0}};
     assert_int_equal(utimensat(AT_FDCWD, other, days_ago, 0), 0);
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(count_files(NULL), 0);
 }
 
@@ -142,7 +142,7 @@ static void what_only_looks_like_it(void **state) {
         fclose(file);
         assert_int_equal(utimensat(AT_FDCWD, name, long_ago, 0), 0);
     }
-    brume_output_remove_stale(path);
+    brume_file_remove_stale(path);
     assert_int_equal(count_files(NULL), COUNT);
 }
 
