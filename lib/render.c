@@ -274,7 +274,7 @@ void brume_render_destroy(brume_render *render) {
     brume_allocation_free(render->allocation);
     free(render->done);
     free(render->ends);
-    free(render->counts);
+    free(render->pass.counts);
     for (int i = 0; i < BRUME_SCENE_BUFFERS; i++)
         if (render->buffers[i]) clReleaseMemObject(render->buffers[i]);
     brume_device_destroy(render->device);
@@ -284,7 +284,7 @@ void brume_render_destroy(brume_render *render) {
 brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count) {
     if (!render) return BRUME_ERROR_ARGUMENT;
     uint32_t begun = render->ends ? (uint32_t)(render->work / render->layout.group_count)
-                                  : render->samples_done + render->pass_samples;
+                                  : render->samples_done + render->pass.samples;
     if (sample_count < begun || sample_count == 0 || sample_count > MOST_SAMPLES ||
         sample_count > UINT32_MAX - render->desc.first_sample)
         return brume_fail(render->device->context, BRUME_ERROR_ARGUMENT,
@@ -303,8 +303,8 @@ brume_result brume_render_get_stats(const brume_render *render, brume_render_sta
     *out = render->stats;
     /* Exact when no pass is under way; within one, tiles at the edge count as full ones. */
     uint64_t pixels = (uint64_t)render->layout.width * render->layout.height;
-    uint64_t partial = (uint64_t)render->pass_samples * render->groups_done * render->stats.lanes;
-    uint64_t pass = (uint64_t)render->pass_samples * pixels;
+    uint64_t partial = (uint64_t)render->pass.samples * render->pass.groups_done * render->stats.lanes;
+    uint64_t pass = (uint64_t)render->pass.samples * pixels;
     out->samples = partial < pass ? partial : pass;
     if (!render->ends) out->samples += render->samples_done * pixels;
     for (uint64_t i = 0; render->ends && i < pixels; i++) out->samples += render->done[i];

@@ -17,6 +17,18 @@ typedef struct brume_prediction {
     double work;               /* then, samples per pixel */
 } brume_prediction;
 
+/* A few samples more for the pixels that take part, which launches do group by group. */
+typedef struct brume_pass {
+    uint32_t samples;        /* of each of them; 0: no pass is under way */
+    uint32_t groups;         /* that take part in it */
+    uint32_t groups_done;    /* of them */
+    uint32_t doubtful;       /* and so many more were in a launch that failed: each has run, or has not */
+    uint32_t doubtful_lanes; /* of the program then, whose work-items have each run as a whole or not at all */
+    uint32_t bad_before;     /* samples dropped before the pass */
+    float *counts;           /* by slot, of the film before the pass, if some were; else NULL: all are samples_done */
+    int counts_unknown;      /* some were, and the pass came from a file with a launch in doubt */
+} brume_pass;
+
 struct brume_render {
     brume_device *device; /* retained */
     brume_render_desc desc;
@@ -36,14 +48,7 @@ struct brume_render {
      * groups. */
     uint32_t stage_end;       /* samples of the pixel with most, when the stage is done */
     uint32_t samples_done;    /* of each pixel whose end is not below, in whole passes */
-    uint32_t pass_samples;    /* of the pass under way, 0 between passes */
-    uint32_t pass_groups;     /* that take part in it */
-    uint32_t groups_done;     /* of them */
-    uint32_t doubtful;        /* and so many more were in a launch that failed: each has run, or has not */
-    uint32_t bad_before;      /* samples dropped before the pass */
-    float *counts;            /* by slot, of the film before the pass, if some were; else NULL: all are samples_done */
-    int counts_unknown;       /* some were, and the pass came from a file with a launch in doubt */
-    uint32_t doubtful_lanes;  /* of the program then, whose work-items have each run as a whole or not at all */
+    brume_pass pass;          /* the one under way */
     uint32_t most_groups;     /* in a launch, since larger ones failed for want of resources; 0: any number */
     uint32_t look_at;         /* samples per pixel: the film is to be looked at before it goes on; 0: it is not */
     double work;              /* group-samples done */
@@ -96,7 +101,7 @@ cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups
 cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units, uint32_t first, uint32_t samples,
                                  cl_uint mode);
 
-/* brume_schedule_make for the pass of adaptive sampling from samples_done on, and pass_groups. NULL: no memory. */
+/* brume_schedule_make for the pass of adaptive sampling from samples_done on, and pass.groups. NULL: no memory. */
 cl_int *brume_render_make_schedule(brume_render *render, size_t *size);
 
 /* The film's sums as they are, `planes` of them from the first on, malloc'ed. */
@@ -137,7 +142,7 @@ brume_result brume_render_settle(brume_render *render);
 
 /* ---- render_run.c ---- */
 
-/* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass_groups. */
+/* Tells the kernel which pixels take part in the adaptive pass from samples_done on; sets pass.groups. */
 brume_result brume_render_write_schedule(brume_render *render);
 
 /* ---- render_write.c ---- */

@@ -25,7 +25,7 @@ brume_result brume_render_count_bad(brume_render *r) {
  * certain, and the others count as still to come. */
 static brume_result mark_passed(brume_render *r, const float *counts, unsigned char *passed) {
     size_t lanes = brume_film_slot_count(&r->layout) / r->layout.group_count, size;
-    size_t sure = r->groups_done * lanes, end = sure + r->doubtful * lanes;
+    size_t sure = r->pass.groups_done * lanes, end = sure + r->pass.doubtful * lanes;
     cl_int *schedule = r->ends ? brume_render_make_schedule(r, &size) : NULL;
     if (r->ends && !schedule)
         return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
@@ -45,11 +45,11 @@ brume_result brume_render_bad_channel(brume_render *r, const float *planes, floa
     const float *counts = planes + FILM_COUNT * slots;
     unsigned char *passed = calloc(slots, 1);
     if (!passed) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
-    brume_result result = r->pass_samples ? mark_passed(r, counts, passed) : BRUME_OK;
+    brume_result result = r->pass.samples ? mark_passed(r, counts, passed) : BRUME_OK;
     for (uint32_t y = 0; y < l->height; y++)
         for (uint32_t x = 0; x < l->width; x++) {
             size_t i = (size_t)y * l->width + x, slot = brume_film_slot_of(l, x, y);
-            uint32_t samples = (r->ends ? r->done[i] : r->samples_done) + (passed[slot] ? r->pass_samples : 0);
+            uint32_t samples = (r->ends ? r->done[i] : r->samples_done) + (passed[slot] ? r->pass.samples : 0);
             out[i] = (float)((double)samples - counts[slot]);
         }
     free(passed);

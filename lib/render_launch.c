@@ -42,7 +42,7 @@ cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units
 
 cl_int *brume_render_make_schedule(brume_render *r, size_t *size) {
     cl_int *schedule = brume_schedule_make(&r->layout, r->done, r->ends, r->samples_done, size);
-    if (schedule) r->pass_groups = (uint32_t)(*size / (r->stats.lanes * sizeof *schedule));
+    if (schedule) r->pass.groups = (uint32_t)(*size / (r->stats.lanes * sizeof *schedule));
     return schedule;
 }
 

@@ -212,7 +212,7 @@ static void look_for_wide(brume_render *render) {
 cl_kernel brume_render_program_begin_launch(brume_render *render) {
     brume_render_program *p = &render->program;
     p->launches++;
-    if (p->awaited && !render->doubtful) look_for_wide(render); /* what is in doubt is counted in its work-items */
+    if (p->awaited && !render->pass.doubtful) look_for_wide(render); /* what is in doubt is counted in its work-items */
     brume_lock_shared(&launching);
     return p->kernel;
 }

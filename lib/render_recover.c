@@ -30,13 +30,13 @@ static int look_at_slot(const survey *s, size_t slot) {
     const brume_render *r = s->r;
     if (!is_inside(&r->layout, slot)) return 0;
     double added = s->count[slot] - brume_render_count_before(r, slot);
-    if (added <= 0) return s->dropped < r->pass_samples ? ABSENT : EITHER;
-    return added + s->dropped >= r->pass_samples ? PRESENT : TORN;
+    if (added <= 0) return s->dropped < r->pass.samples ? ABSENT : EITHER;
+    return added + s->dropped >= r->pass.samples ? PRESENT : TORN;
 }
 
 /* A work-item adds its samples at its end. If all may have been dropped, they may as well be rendered once more. */
 static int look_at_unit(const survey *s, size_t unit) {
-    size_t lanes = s->r->doubtful_lanes;
+    size_t lanes = s->r->pass.doubtful_lanes;
     int state = 0;
     for (size_t i = unit * lanes; i < (unit + 1) * lanes; i++) {
         if (s->schedule && s->schedule[i] < 0) continue;
@@ -62,7 +62,7 @@ static brume_result begin_survey(survey *s) {
     if (code == CL_SUCCESS)
         code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "going on after a failure");
-    s->dropped = (double)bad[BAD_COUNT] - r->bad_before;
+    s->dropped = (double)bad[BAD_COUNT] - r->pass.bad_before;
     return BRUME_OK;
 }
 
@@ -70,7 +70,7 @@ static brume_result begin_survey(survey *s) {
  * malloc'ed; NULL: no memory. */
 static cl_int *list_missing(const survey *s, size_t begin, size_t end, size_t *units) {
     const brume_render *r = s->r;
-    size_t lanes = r->doubtful_lanes, wide = r->program.lanes, count = 0;
+    size_t lanes = r->pass.doubtful_lanes, wide = r->program.lanes, count = 0;
     cl_int *slots = malloc(((end - begin) * lanes + wide) * sizeof *slots);
     if (!slots) return NULL;
     for (size_t unit = begin; unit < end; unit++) {
@@ -95,7 +95,7 @@ static cl_int launch_listed(const survey *s, const cl_int *slots, size_t units, 
     code = clSetKernelArg(r->program.kernel, BRUME_KERNEL_BUFFERS - 1, sizeof list, &list);
     for (size_t unit = 0; unit < units && code == CL_SUCCESS; unit += *failed) {
         *failed = units - unit < most ? units - unit : most;
-        code = brume_render_launch_units(r, unit, *failed, r->desc.first_sample + r->samples_done, r->pass_samples,
+        code = brume_render_launch_units(r, unit, *failed, r->desc.first_sample + r->samples_done, r->pass.samples,
                                          LAUNCH_ADAPTIVE);
     }
     cl_int restored = clSetKernelArg(r->program.kernel, BRUME_KERNEL_BUFFERS - 1, sizeof r->schedule, &r->schedule);
@@ -112,9 +112,9 @@ static brume_result launch_in_other_width(const survey *s, size_t begin, size_t 
     cl_int code = launch_listed(s, slots, units, r->most_groups ? r->most_groups * scale : units, &tried);
     free(slots);
     if (code == CL_SUCCESS) {
-        r->groups_done += r->doubtful;
-        r->work += (double)r->doubtful * r->pass_samples;
-        r->doubtful = 0;
+        r->pass.groups_done += r->pass.doubtful;
+        r->work += (double)r->pass.doubtful * r->pass.samples;
+        r->pass.doubtful = 0;
         return BRUME_OK;
     }
     if (brume_render_shrink_launches(r, (uint32_t)(tried / scale), code)) return BRUME_OK;
@@ -123,27 +123,27 @@ static brume_result launch_in_other_width(const survey *s, size_t begin, size_t 
 
 static brume_result launch_missing(const survey *s) {
     brume_render *r = s->r;
-    const size_t begin = r->groups_done * s->units, end = begin + r->doubtful * s->units;
-    const size_t most = (r->most_groups ? r->most_groups : r->doubtful) * s->units;
+    const size_t begin = r->pass.groups_done * s->units, end = begin + r->pass.doubtful * s->units;
+    const size_t most = (r->most_groups ? r->most_groups : r->pass.doubtful) * s->units;
     for (size_t unit = begin; unit < end; unit++)
         if (look_at_unit(s, unit) == TORN)
             return brume_fail(r->device->context, BRUME_ERROR_DEVICE,
                               "a launch broke off in the middle of a pixel's samples: the film can be read, but not "
                               "continued");
-    if (r->doubtful_lanes != r->program.lanes) return launch_in_other_width(s, begin, end);
+    if (r->pass.doubtful_lanes != r->program.lanes) return launch_in_other_width(s, begin, end);
     for (size_t unit = begin, next; unit < end; unit = next) {
         int missing = look_at_unit(s, unit) == ABSENT;
         for (next = unit + 1; next < end && next - unit < most && (look_at_unit(s, next) == ABSENT) == missing;) next++;
         if (!missing) continue;
         cl_int code = brume_render_launch_units(r, unit, next - unit, r->desc.first_sample + r->samples_done,
-                                                r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+                                                r->pass.samples, r->ends ? LAUNCH_ADAPTIVE : 0);
         if (code == CL_SUCCESS) continue;
         if (brume_render_shrink_launches(r, (uint32_t)((next - unit) / s->units), code)) return BRUME_OK;
         return brume_fail_cl(r->device->context, code, "going on after a failure");
     }
-    r->groups_done += r->doubtful;
-    r->work += (double)r->doubtful * r->pass_samples;
-    r->doubtful = 0;
+    r->pass.groups_done += r->pass.doubtful;
+    r->work += (double)r->pass.doubtful * r->pass.samples;
+    r->pass.doubtful = 0;
     return BRUME_OK;
 }
 
@@ -158,33 +158,33 @@ int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int c
 
 brume_result brume_render_note_counts(brume_render *r) {
     brume_context *context = r->device->context;
-    size_t size = brume_film_slot_count(&r->layout) * sizeof *r->counts;
+    size_t size = brume_film_slot_count(&r->layout) * sizeof *r->pass.counts;
     cl_uint bad[BAD_SIZE];
-    free(r->counts);
-    r->counts = NULL;
+    free(r->pass.counts);
+    r->pass.counts = NULL;
     cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
     if (code == CL_SUCCESS && bad[BAD_COUNT]) {
-        r->counts = malloc(size);
-        if (!r->counts) return brume_fail(context, BRUME_ERROR_MEMORY, "counting samples: out of memory");
-        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * size, size, r->counts, 0, NULL,
-                                   NULL);
+        r->pass.counts = malloc(size);
+        if (!r->pass.counts) return brume_fail(context, BRUME_ERROR_MEMORY, "counting samples: out of memory");
+        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * size, size, r->pass.counts, 0,
+                                   NULL, NULL);
     }
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "counting samples");
-    r->bad_before = bad[BAD_COUNT];
-    r->counts_unknown = bad[BAD_COUNT] && r->doubtful;
+    r->pass.bad_before = bad[BAD_COUNT];
+    r->pass.counts_unknown = bad[BAD_COUNT] && r->pass.doubtful;
     return BRUME_OK;
 }
 
 double brume_render_count_before(const brume_render *r, size_t slot) {
-    return r->counts ? r->counts[slot] : r->samples_done;
+    return r->pass.counts ? r->pass.counts[slot] : r->samples_done;
 }
 
 brume_result brume_render_settle(brume_render *render) {
-    if (render->counts_unknown)
+    if (render->pass.counts_unknown)
         return brume_fail(render->device->context, BRUME_ERROR_DEVICE,
                           "after a launch that failed, among samples that came out NaN or infinite, it is unknown "
                           "which pixels have run: the film can be read, but not continued");
-    survey s = {.r = render, .units = render->stats.lanes / render->doubtful_lanes};
+    survey s = {.r = render, .units = render->stats.lanes / render->pass.doubtful_lanes};
     brume_result result = begin_survey(&s);
     if (result == BRUME_OK) result = launch_missing(&s);
     free(s.count);

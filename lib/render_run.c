@@ -116,12 +116,12 @@ static brume_result begin_pass(brume_render *r) {
     size = size < most ? size : most;
     double affordable = r->groups_per_second * LAUNCH_SECONDS / (double)least_groups(r);
     if (affordable < size) size = affordable > 1 ? (uint32_t)affordable : 1;
-    r->pass_samples = size < left ? size : left;
-    r->pass_groups = r->layout.group_count;
-    r->groups_done = 0;
+    r->pass.samples = size < left ? size : left;
+    r->pass.groups = r->layout.group_count;
+    r->pass.groups_done = 0;
     brume_result result = brume_render_note_counts(r);
     if (result == BRUME_OK && r->ends) result = brume_render_write_schedule(r);
-    if (result != BRUME_OK) r->pass_samples = 0; /* not begun */
+    if (result != BRUME_OK) r->pass.samples = 0; /* not begun */
     return result;
 }
 
@@ -130,7 +130,7 @@ static void end_adaptive_pass(brume_render *r) {
     size_t pixels = (size_t)r->layout.width * r->layout.height;
     uint32_t next = r->stage_end;
     for (size_t i = 0; i < pixels; i++) {
-        if (r->done[i] == r->samples_done && r->ends[i] > r->done[i]) r->done[i] += r->pass_samples;
+        if (r->done[i] == r->samples_done && r->ends[i] > r->done[i]) r->done[i] += r->pass.samples;
         if (r->done[i] < r->ends[i] && r->done[i] < next) next = r->done[i];
     }
     r->samples_done = next;
@@ -144,44 +144,44 @@ static brume_result look(brume_render *r) {
 }
 
 static brume_result end_pass(brume_render *r) {
-    uint32_t samples = r->samples_done + r->pass_samples;
+    uint32_t samples = r->samples_done + r->pass.samples;
     if (r->ends)
         end_adaptive_pass(r);
     else
         r->samples_done = samples;
-    r->pass_samples = 0;
-    r->groups_done = 0;
+    r->pass.samples = 0;
+    r->pass.groups_done = 0;
     if (r->desc.error_estimate && (samples & (samples - 1)) == 0) r->look_at = samples;
     return look(r);
 }
 
 static brume_result run_launch(brume_render *r, const run *now) {
-    uint32_t groups = launch_size(r, r->pass_samples, r->pass_groups - r->groups_done);
+    uint32_t groups = launch_size(r, r->pass.samples, r->pass.groups - r->pass.groups_done);
     double before = brume_seconds();
-    cl_int code = brume_render_launch(r, r->groups_done, groups, r->desc.first_sample + r->samples_done,
-                                      r->pass_samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+    cl_int code = brume_render_launch(r, r->pass.groups_done, groups, r->desc.first_sample + r->samples_done,
+                                      r->pass.samples, r->ends ? LAUNCH_ADAPTIVE : 0);
     if (code != CL_SUCCESS) {
-        r->doubtful = groups;
-        r->doubtful_lanes = r->program.lanes;
+        r->pass.doubtful = groups;
+        r->pass.doubtful_lanes = r->program.lanes;
         r->looked = 0;
         if (brume_render_shrink_launches(r, groups, code)) return BRUME_OK;
         return brume_fail_cl(r->device->context, code, "rendering");
     }
     double seconds = brume_seconds() - before;
-    if (seconds > 0) r->groups_per_second = (double)groups * r->pass_samples / seconds;
-    r->groups_done += groups;
-    r->work += (double)groups * r->pass_samples;
+    if (seconds > 0) r->groups_per_second = (double)groups * r->pass.samples / seconds;
+    r->pass.groups_done += groups;
+    r->work += (double)groups * r->pass.samples;
     r->looked = 0;
-    brume_result result = r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
+    brume_result result = r->pass.groups_done == r->pass.groups ? end_pass(r) : BRUME_OK;
     if (r->desc.time_limit > 0 &&
         r->create_seconds + spent(r, now) + 0.5 * seconds >= r->desc.time_limit) r->finished = 1;
     return result;
 }
 
 static brume_result run_step(brume_render *r, const run *now) {
-    if (r->doubtful) {
+    if (r->pass.doubtful) {
         BRUME_TRY(brume_render_settle(r));
-        return !r->doubtful && r->groups_done == r->pass_groups ? end_pass(r) : BRUME_OK;
+        return !r->pass.doubtful && r->pass.groups_done == r->pass.groups ? end_pass(r) : BRUME_OK;
     }
     if (r->look_at) return look(r);
     if (r->desc.time_limit > 0 && r->create_seconds + spent(r, now) >= r->desc.time_limit) {
@@ -189,12 +189,12 @@ static brume_result run_step(brume_render *r, const run *now) {
         return BRUME_OK;
     }
     if (r->needs_pilot && r->pilot_done < r->layout.group_count) return run_pilot(r);
-    if (r->pass_samples > 0) return run_launch(r, now);
+    if (r->pass.samples > 0) return run_launch(r, now);
     brume_result result = BRUME_OK;
     if (r->samples_done >= r->stage_end) result = brume_goal_next_stage(r, spent(r, now));
     if (result == BRUME_OK && !r->finished) result = begin_pass(r);
     /* Nobody left in it: a stage that asked for no more than there is. */
-    if (result == BRUME_OK && !r->finished && r->pass_groups == 0) result = end_pass(r);
+    if (result == BRUME_OK && !r->finished && r->pass.groups == 0) result = end_pass(r);
     return result;
 }
 

@@ -90,16 +90,16 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
     out->group_count = r->layout.group_count;
     out->stage_end = r->stage_end;
     out->samples_done = r->samples_done;
-    out->pass_samples = r->pass_samples;
-    out->groups_done = r->groups_done;
+    out->pass_samples = r->pass.samples;
+    out->groups_done = r->pass.groups_done;
     out->finished = r->finished != 0;
     out->looked = r->looked != 0;
     out->has_counts = r->ends != NULL;
     out->has_allocation = r->allocation != NULL;
     out->has_plan = r->needs_pilot != 0;
     out->pilot_done = r->pilot_done;
-    out->doubtful = r->doubtful;
-    out->doubtful_lanes = r->doubtful ? r->doubtful_lanes : 0;
+    out->doubtful = r->pass.doubtful;
+    out->doubtful_lanes = r->pass.doubtful ? r->pass.doubtful_lanes : 0;
     out->look_at = r->look_at;
     out->work = r->work;
     out->stage_work = r->stage_work;
@@ -273,18 +273,18 @@ static void take_over(brume_render *r, const brume_checkpoint_head *h, brume_che
     r->ends = s->ends;
     free(s->schedule);
     memset(s, 0, sizeof *s);
-    free(r->counts);
-    r->counts = counts;
-    r->bad_before = h->bad[BAD_COUNT];
-    r->counts_unknown = h->bad[BAD_COUNT] && h->doubtful;
+    free(r->pass.counts);
+    r->pass.counts = counts;
+    r->pass.bad_before = h->bad[BAD_COUNT];
+    r->pass.counts_unknown = h->bad[BAD_COUNT] && h->doubtful;
     r->stage_end = h->stage_end;
     r->samples_done = h->samples_done;
-    r->pass_samples = h->pass_samples;
-    r->groups_done = h->groups_done;
-    r->doubtful = h->doubtful;
-    r->doubtful_lanes = h->doubtful_lanes;
+    r->pass.samples = h->pass_samples;
+    r->pass.groups_done = h->groups_done;
+    r->pass.doubtful = h->doubtful;
+    r->pass.doubtful_lanes = h->doubtful_lanes;
     r->look_at = h->look_at;
-    r->pass_groups = pass_groups;
+    r->pass.groups = pass_groups;
     r->pilot_done = h->group_count == r->layout.group_count || h->pilot_done == 0 ? h->pilot_done
                     : h->pilot_done == h->group_count                             ? r->layout.group_count
                                                                                   : 0;

@@ -79,7 +79,7 @@ static void interrupted(unsigned n, cl_manner manner, film *broken, film *whole)
     brume_result result = brume_render_run(render, NULL, NULL);
     assert_true(cl_shim_disarm());
     assert_int_equal(result, BRUME_ERROR_DEVICE);
-    assert_int_equal(render->doubtful, GROUPS);
+    assert_int_equal(render->pass.doubtful, GROUPS);
     look(render, broken);
     must(brume_render_run(render, NULL, NULL));
     look(render, whole);
@@ -149,7 +149,7 @@ static void failures_after_a_file(void **state) {
     brume_render *render = create();
     render->report_seconds = -1;
     assert_int_equal(brume_render_run(render, stop_at_twelfth, &reports), BRUME_CANCELLED);
-    assert_true(render->groups_done > 0 && render->samples_done > 0);
+    assert_true(render->pass.groups_done > 0 && render->samples_done > 0);
     must(brume_render_save(render, path));
     must(brume_render_run(render, NULL, NULL));
     look(render, &right);

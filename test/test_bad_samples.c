@@ -163,7 +163,7 @@ typedef struct stopper { const brume_render *render; int passes; } stopper;
 static int stop_within(void *user, const brume_progress *progress) {
     stopper *s = user;
     (void)progress;
-    return s->render->ends && s->render->groups_done > 0 && --s->passes == 0;
+    return s->render->ends && s->render->pass.groups_done > 0 && --s->passes == 0;
 }
 
 /* A schedule packs the pixels that take part, wherever they lie: those that have been through are known by it. */

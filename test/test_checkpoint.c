@@ -50,9 +50,9 @@ static void in_pieces(const brume_scene *scene, const brume_render_desc *desc, i
         }
         assert_int_equal(result, BRUME_CANCELLED);
         seen->breaks++;
-        seen->in_pass += render->groups_done > 0;
+        seen->in_pass += render->pass.groups_done > 0;
         seen->adaptive += render->ends != NULL;
-        seen->in_adaptive_pass += render->ends && render->groups_done > 0;
+        seen->in_adaptive_pass += render->ends && render->pass.groups_done > 0;
         if (!b.save_within) must(brume_render_save(render, path_of("state")));
         brume_render_destroy(render);
     }
@@ -135,7 +135,7 @@ static void other_widths(void **state) {
         render->launch_groups = groups;
         render->report_seconds = -1;
         assert_int_equal(brume_render_run(render, stop_at_once, &reports), BRUME_CANCELLED);
-        assert_int_equal(render->pass_samples > 0, groups == 180);
+        assert_int_equal(render->pass.samples > 0, groups == 180);
         must(brume_render_save(render, path_of("state")));
         must(brume_render_run(render, NULL, NULL));
         must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, wide, 3 * COUNT));
@@ -352,9 +352,9 @@ static void impossible_numbers_are_refused(void **state) {
     brume_render *render = create(scene, &desc);
     render->launch_groups = 20;
     render->report_seconds = -1;
-    for (int reports = 1; !render->ends || !render->groups_done || render->pass_groups == 360; reports = 1)
+    for (int reports = 1; !render->ends || !render->pass.groups_done || render->pass.groups == 360; reports = 1)
         assert_int_equal(brume_render_run(render, stop_at_once, &reports), BRUME_CANCELLED);
-    uint32_t pass_groups = render->pass_groups, groups_done = render->groups_done;
+    uint32_t pass_groups = render->pass.groups, groups_done = render->pass.groups_done;
     must(brume_render_save(render, path_of("state")));
     brume_render_destroy(render);
 

@@ -36,7 +36,7 @@ static void nothing_has_changed(void **state) {
     desc.sample_count = 32;
     finish(create(scene, &desc), &whole);
     brume_render *render = create(scene, &desc);
-    while (!render->ends || !render->groups_done) run_a_little(render, 1);
+    while (!render->ends || !render->pass.groups_done) run_a_little(render, 1);
     must(brume_render_save(render, path_of("state")));
     brume_render_destroy(render);
 

@@ -166,14 +166,14 @@ static void the_wide_one_settles_what_the_narrow_one_left(void **state) {
     render->program.swap_at = NEVER;
     render->launch_groups = 50;
     render->report_seconds = -1;
-    while (!render->groups_done || render->pass_samples < 2)
+    while (!render->pass.groups_done || render->pass.samples < 2)
         assert_int_equal(brume_render_run(render, stop_at_once, NULL), BRUME_CANCELLED);
     size_t lanes = render->stats.lanes;
     assert_int_equal(render->program.lanes, 1);
-    render->doubtful = 5;
-    render->doubtful_lanes = 1;
-    assert_int_equal(brume_render_launch_units(render, render->groups_done * lanes + 1, 2 * lanes + lanes / 2,
-                                               render->samples_done, render->pass_samples, 0), CL_SUCCESS);
+    render->pass.doubtful = 5;
+    render->pass.doubtful_lanes = 1;
+    assert_int_equal(brume_render_launch_units(render, render->pass.groups_done * lanes + 1, 2 * lanes + lanes / 2,
+                                               render->samples_done, render->pass.samples, 0), CL_SUCCESS);
     OK(brume_render_save(render, path));
     brume_render_destroy(render);
     for (int smaller = 0; smaller < 2; smaller++) {

@@ -199,7 +199,7 @@ static brume_result write_states(void) {
     if (result == BRUME_OK) {
         made->launch_groups = 50;
         made->report_seconds = -1;
-        while (!made->ends || !made->groups_done)
+        while (!made->ends || !made->pass.groups_done)
             if (brume_render_run(made, stop_at_once, NULL) != BRUME_CANCELLED) return BRUME_ERROR_ARGUMENT;
         result = brume_render_save(made, paths[STATE]);
         brume_render_destroy(made);

@@ -154,7 +154,7 @@ static int stop_at_once(void *user, const brume_progress *progress) {
 static brume_result run_to_the_middle(brume_render *render) {
     render->launch_groups = 130;
     render->report_seconds = -1;
-    while (!render->ends || !render->groups_done) {
+    while (!render->ends || !render->pass.groups_done) {
         brume_result result = brume_render_run(render, stop_at_once, NULL);
         if (result != BRUME_CANCELLED) return result == BRUME_OK ? BRUME_ERROR_ARGUMENT : result;
     }
