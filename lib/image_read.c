@@ -167,12 +167,20 @@ static exr_result_t read_tiles(const exr_file *file, exr_decode_pipeline_t *deco
     return code;
 }
 
-static brume_result read_exr(const source *s, brume_image *out) {
+/* What a file of so many bytes may hold at most: deflate packs 1032 bytes into one, PIZ's runs fewer, and a pixel has
+ * two; only DWA keeps next to nothing of a block that is all one, some 250 bytes for 256 lines. */
+static int may_hold(exr_compression_t compression, size_t size, int64_t pixels) {
+    int is_dwa = compression == EXR_COMPRESSION_DWAA || compression == EXR_COMPRESSION_DWAB;
+    return pixels / (is_dwa ? 20000 : 1100) <= (int64_t)size;
+}
+
+static brume_result read_exr(const source *s, size_t size, brume_image *out) {
     brume_exr_errors errors = {""};
     exr_file file;
     exr_context_initializer_t start = EXR_DEFAULT_CONTEXT_INITIALIZER;
     exr_decode_pipeline_t decoder = EXR_DECODE_PIPELINE_INITIALIZER;
     exr_storage_t storage = EXR_STORAGE_SCANLINE;
+    exr_compression_t compression = EXR_COMPRESSION_NONE;
     brume_result result = BRUME_OK;
     memset(&file, 0, sizeof file);
     start.error_handler_fn = brume_exr_on_error;
@@ -181,6 +189,8 @@ static brume_result read_exr(const source *s, brume_image *out) {
     exr_result_t code = exr_start_read(&file.exr, s->path, &start);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_storage(file.exr, 0, &storage);
+    if (code == EXR_ERR_SUCCESS)
+        code = exr_get_compression(file.exr, 0, &compression);
     if (code == EXR_ERR_SUCCESS)
         code = exr_get_data_window(file.exr, 0, &file.window);
     if (code != EXR_ERR_SUCCESS)
@@ -195,6 +205,10 @@ static brume_result read_exr(const source *s, brume_image *out) {
         result = fail_at(s, BRUME_ERROR_SCENE, "the EXR is empty or too large");
         goto cleanup;
     }
+    if (!may_hold(compression, size, width * height)) {
+        result = fail_at(s, BRUME_ERROR_SCENE, "the file is too short for as many pixels as it says");
+        goto cleanup;
+    }
     file.width = (int32_t)width;
     file.height = (int32_t)height;
     result = check_channels(s, &file);
@@ -207,7 +221,7 @@ static brume_result read_exr(const source *s, brume_image *out) {
         goto cleanup;
     }
     code = storage == EXR_STORAGE_TILED ? read_tiles(&file, &decoder) : read_scanlines(&file, &decoder);
-    for (size_t i = 0; file.grey && i < (size_t)(width * height); i++)
+    for (size_t i = 0; code == EXR_ERR_SUCCESS && file.grey && i < (size_t)(width * height); i++)
         file.texels[3 * i + 1] = file.texels[3 * i + 2] = file.texels[3 * i];
 cleanup:;
     int error = errno;
@@ -243,7 +257,7 @@ brume_result brume_image_read(brume_context *context, const char *path, int raw,
     if (size == 0)
         result = fail_at(&s, BRUME_ERROR_SCENE, "the file is empty");
     else if (size >= sizeof exr_magic && memcmp(bytes, exr_magic, sizeof exr_magic) == 0)
-        result = read_exr(&s, out);
+        result = read_exr(&s, size, out);
     else
         result = read_stb(&s, bytes, size, raw, out);
     free(bytes);

@@ -66,6 +66,16 @@ static void test_unreadable(void **state) {
     FILE *file = fopen(path_memory, "rb");
     size_t size = fread(whole, 1, sizeof whole, file);
     fclose(file);
+    /* 50 million pixels a line, of which there are 4: refused before there is memory for them. */
+    static const char window[] = "dataWindow\0box2i\0\x10\0\0";
+    size_t at = 0;
+    while (at < size && memcmp(whole + at, window, sizeof window) != 0) at++;
+    assert_true(at + sizeof window + 16 < size);
+    unsigned char *right = whole + at + sizeof window + 8, was = right[3];
+    right[3] = 3;
+    put_file("wide.exr", whole, size);
+    right[3] = was;
+    assert_unreadable("wide.exr", "too short for as many pixels");
     for (size_t i = 4; i < size; i++) {
         put_file("cut.exr", whole, i);
         assert_unreadable("cut.exr", "");
