@@ -47,7 +47,7 @@ FN interface_split fresnel_dielectric(real c, real ior, mask enters) {
  * An index of 0 gives a = 0 exactly, and so a perfect mirror at every angle. */
 FN real fresnel_conductor(real c, real eta, real k) {
     real c2 = c * c, sin2 = (R(1) - c) * (R(1) + c);
-    real re = fma(eta - k, eta + k, -sin2), im = R(2) * eta * k;
+    real re = fma(eta - R(1), eta + R(1), fma(-k, k, c2)), im = R(2) * eta * k;
     /* the larger of a^2 and b^2 is a sum, the smaller follows from a b = im / 2 */
     real larger = R(0.5) * (sqrt(fma(re, re, im * im)) + fabs(re));
     real smaller = R(0.25) * im * im / lmax(larger, R(1e-30));
@@ -55,7 +55,8 @@ FN real fresnel_conductor(real c, real eta, real k) {
     real b2 = re > R(0) ? smaller : larger;
     real ac = a * c, b2c2 = b2 * c2;
     real r_s = (square(a - c) + b2) / lmax(square(a + c) + b2, R(1e-30));
-    real r_p = r_s * (square(ac - sin2) + b2c2) / lmax(square(ac + sin2) + b2c2, R(1e-30));
+    /* of an index of 0, seen head-on, 0 / 0 */
+    real r_p = r_s * (square(ac - sin2) + b2c2 + R(1e-30)) / (square(ac + sin2) + b2c2 + R(1e-30));
     return R(0.5) * (r_s + r_p);
 }
 

@@ -7,7 +7,9 @@
 const function_case *function_case_at(uint32_t index) {
     if (index < function_cases_math_count) return &function_cases_math[index];
     index -= function_cases_math_count;
-    return index < function_cases_sampling_count ? &function_cases_sampling[index] : NULL;
+    if (index < function_cases_sampling_count) return &function_cases_sampling[index];
+    index -= function_cases_sampling_count;
+    return index < function_cases_surfaces_count ? &function_cases_surfaces[index] : NULL;
 }
 
 uint64_t function_case_inputs(const function_case *c) {

@@ -45,10 +45,10 @@ struct function_case {
     const float *(*table)(size_t *out_count); /* of EVERY_PAIR the grid; else what `table` points to, or NULL */
 };
 
-extern const function_case function_cases_math[], function_cases_sampling[];
-extern const uint32_t function_cases_math_count, function_cases_sampling_count;
+extern const function_case function_cases_math[], function_cases_sampling[], function_cases_surfaces[];
+extern const uint32_t function_cases_math_count, function_cases_sampling_count, function_cases_surfaces_count;
 
-/* All of them: the first list, then the second. NULL beyond. */
+/* All of them, one list after the other. NULL beyond. */
 const function_case *function_case_at(uint32_t index);
 
 /* How many inputs a case has. */

@@ -152,6 +152,34 @@ static double beam_path_error(const function_result *r) {
     return function_ulps(r->y, t < 0 ? r->z * r->z / (distance - t) : t + distance);
 }
 
+/* Of g < 0 v is counted from straight on, the peak lies at 2. */
+static double hg_back_error(const function_result *r) {
+    double a = -r->p[0], q = (1 - a) * (1 - a) + 2 * a * (2 - r->x);
+    return function_ulps(r->y, (1 - a) * (1 + a) / (4 * PI * q * sqrt(q)));
+}
+
+static double asinh_error(const function_result *r) { return function_ulps(r->y, asinh(r->x)); }
+
+/* a^2 / (a^2 + b^2) of densities that are neither negative nor infinite: which are not is for the caller to know. */
+static double heuristic_error(const function_result *r) {
+    if (!(r->x >= 0 && r->z >= 0 && r->x < INFINITY)) return 0;
+    double a = fmax(r->x, 1e-37f), ratio = r->z / a, exact = 1 / (1 + ratio * ratio);
+    return fabs(r->y - exact) * 0x1p24;
+}
+
+/* Of a NaN, too, one is chosen: the second. */
+static double chosen_error(const function_result *r, double exact) {
+    float y = (float)exact;
+    return (isnan(y) ? isnan(r->y) : function_bits(r->y) == function_bits(y)) ? 0 : (double)INFINITY;
+}
+
+static double min_error(const function_result *r) { return chosen_error(r, r->x < r->z ? r->x : r->z); }
+static double max_error(const function_result *r) { return chosen_error(r, r->x > r->z ? r->x : r->z); }
+
+static double held_error(const function_result *r) {
+    return chosen_error(r, !(r->x > 1e-36f) ? 1e-36f : r->x < 1e36f ? r->x : 1e36f);
+}
+
 static double fresnel(double c, double eta) {
     double sin2 = (1 - c) * (1 + c) / (eta * eta);
     if (sin2 >= 1) return 1;
@@ -187,6 +215,7 @@ static double wrap_error(const function_result *r) {
 static double is_bad_error(const function_result *r) { return r->y == (isfinite(r->x) ? 0 : 1) ? 0 : (double)INFINITY; }
 
 static const float peaks[][FUNCTION_PARAMETERS] = {{0}, {1e-6f}, {0.5f}, {0.99f}, {0.9999f}, {0x1.fffffep-1f}};
+static const float backs[][FUNCTION_PARAMETERS] = {{-1e-6f}, {-0.5f}, {-0.99f}, {-0.9999f}, {-0x1.fffffep-1f}};
 static const float ordinates[][FUNCTION_PARAMETERS] = {{0.75f}, {1}, {-1}, {1.0947f}, {1.3f}, {-1.4142f}, {1.61803f},
                                                        {1.9999f}, {-0.5001f}, {0.6180f}};
 static const float sides[][FUNCTION_PARAMETERS] = {{1}, {-1}};
@@ -256,6 +285,19 @@ const function_case function_cases_math[] = {
     {FUNCTION("hg_density", "v in [2^-40, 2]; g: 0, 1e-6, 0.5, 0.99, 0.9999, 1 - 2^-24", "closed form in double", "ulp",
               "hg_density(x, p0)", hg_error), .inputs = EVERY_FLOAT, .first = 0x2b800000u, .last = 0x40000000u,
      WITH_PARAMETERS(peaks), .bound = 4.83, .worst = 0x3b00bfc0u},
+    {FUNCTION("phase_hg_versine", "v in [2^-20, 2]; g: -1e-6, -0.5, -0.99, -0.9999, 2^-24 - 1",
+              "closed form in double", "ulp", "phase_hg_versine(x, p0)", hg_back_error),
+     .inputs = EVERY_FLOAT, .first = 0x35800000u, .last = 0x40000000u, WITH_PARAMETERS(backs),
+     .bound = 4.53, .worst = 0x3f3251ffu},
+    {FUNCTION("lasinh", "all", LIBM, "ulp", "lasinh(x)", asinh_error), ALL_FLOATS, .bound = 1.78, .worst = 0x3f04a480u},
+    {FUNCTION("power_heuristic", "a grid of densities", "closed form in double", "2^-24", "power_heuristic(x, z)",
+              heuristic_error), .inputs = EVERY_PAIR, .table = grid, .bound = 1.01},
+    {FUNCTION("lmin", "the same grid", "exact", "exact", "lmin(x, z)", min_error), .inputs = EVERY_PAIR, .table = grid,
+     .bound = 0},
+    {FUNCTION("lmax", "the same grid", "exact", "exact", "lmax(x, z)", max_error), .inputs = EVERY_PAIR, .table = grid,
+     .bound = 0},
+    {FUNCTION("light_weight_held", "all", "exact", "exact", "light_weight_held(x)", held_error), ALL_FLOATS,
+     .bound = 0},
     {FUNCTION("beam_turn", "a grid of t and D; either side", "closed form in double", "ulp",
               "R(0); beam g; g.D = z; x = p0 * x; y = beam_turn(&g, x, sqrt(fma(x, x, z * z)), R(1))", beam_turn_error),
      .inputs = EVERY_PAIR, .table = lengths, WITH_PARAMETERS(sides), .bound = 3.21},

@@ -106,6 +106,15 @@ static double sphere_error(const function_result *r) {
 static double ggx_slope_error(const function_result *r) { return function_ulps(r->y, sqrt(r->x / (1 - r->x))); }
 static double beckmann_slope_error(const function_result *r) { return function_ulps(fabsf(r->y), sqrt(-log1p(-r->x))); }
 
+/* The square's halves u >= v and v > u, each squeezed along one axis. */
+static double triangle_second_error(const function_result *r) {
+    return r->y >= 0 ? fabs(r->y - (r->z > r->x ? r->x / 2 : r->x - r->z / 2)) * 0x1p24 : (double)INFINITY;
+}
+
+static double triangle_first_error(const function_result *r) {
+    return r->y >= 0 ? fabs(r->y - (1 - fmax(r->x, r->z))) * 0x1p24 : (double)INFINITY;
+}
+
 /* Variates: few digits and all, near both ends and in between. */
 static const float *variates(size_t *out_count) {
     static float values[1536];
@@ -166,6 +175,20 @@ static double cdf_error(const function_result *r) {
                : (double)INFINITY;
 }
 
+/* What is no number gets some cell. */
+static double cell_error(const function_result *r) {
+    double cell = r->x <= 0 ? 0 : r->x >= CDF_CELLS ? CDF_CELLS - 1 : floor(r->x);
+    int inside = r->y >= 0 && r->y <= CDF_CELLS - 1 && r->y == floorf(r->y);
+    return inside && (isnan(r->x) || r->y == cell) ? 0 : (double)INFINITY;
+}
+
+/* Beyond one end is the other, or that end. */
+static double neighbour_error(const function_result *r) {
+    double n = r->p[1], i = r->x * 0x1p24 - 0x1p23, end = i < 0 ? 0 : n - 1;
+    double exact = i >= 0 && i < n ? i : r->p[0] == TEXTURE_WRAP_REPEAT ? n - 1 - end : end;
+    return r->y == exact ? 0 : (double)INFINITY;
+}
+
 /* A b_params and the offsets behind it: a curve as steep at its ends as a Gaussian's. */
 static const float *filter(size_t *out_count) {
     enum { PARAMS = sizeof(b_params) / sizeof(float) };
@@ -214,6 +237,9 @@ static const float lamps[][FUNCTION_PARAMETERS] = {
 static const float shares[][FUNCTION_PARAMETERS] = {{0.1f}, {0.5f}, {1e-6f}, {0x1p-24f}, {0x1.fffffep-1f}, {0.7f}, {0},
                                                     {1}};
 
+/* How, and of how many texels. */
+static const float rows[][FUNCTION_PARAMETERS] = {{0, 1}, {0, 1000}, {1, 1}, {1, 1000}, {2, 1}, {2, 1000}};
+
 #define FUNCTION(label, inside, from, in, text, check) \
     .name = label, .domain = inside, .reference = from, .unit = in, .body = "    " text "\n", .error = check
 #define HALF_TANGENT "y = w.z < R(0) ? (R(1) - w.z) / w.x : w.x / (R(1) + w.z);"
@@ -253,6 +279,12 @@ const function_case function_cases_sampling[] = {
               cosine_error), .inputs = EVERY_PAIR, .table = variates, .bound = 0.744},
     {FUNCTION("warp_sphere: x", "a grid of variates", "libm in double", "2^-24", "y = warp_sphere(x, z).x;",
               sphere_error), .inputs = EVERY_PAIR, .table = variates, .bound = 1.6},
+    {FUNCTION("warp_triangle: second weight", "a grid of variates", "closed form in double", "2^-24",
+              "real v; warp_triangle(x, z, &y, &v);", triangle_second_error), .inputs = EVERY_PAIR, .table = variates,
+     .bound = 0.51},
+    {FUNCTION("warp_triangle: first weight", "a grid of variates", "closed form in double", "2^-24",
+              "real a, b; warp_triangle(x, z, &a, &b); y = R(1) - a - b;", triangle_first_error),
+     .inputs = EVERY_PAIR, .table = variates, .bound = 1.01},
     {FUNCTION("microfacet_sample_all: GGX slope", "all variates", "closed form in double", "ulp",
               "microfacets m; m.alpha_u = m.alpha_v = R(1); m.beckmann = FALSE_MASK; "
               "vec w = microfacet_sample_all(&m, x, R(0)); y = w.x / w.z;", ggx_slope_error),
@@ -268,6 +300,11 @@ const function_case function_cases_sampling[] = {
     {FUNCTION("cdf_find", "all variates; 1000 cells, some empty", "exact", "exact",
               "y = to_real(cdf_find(table, I(0), 1000, x));", cdf_error), .inputs = EVERY_VARIATE, .table = cdf,
      .bound = 0},
+    {FUNCTION("environment_cell", "all; 1000 cells", "exact", "exact", "y = to_real(environment_cell(x, 1000));",
+              cell_error), .inputs = EVERY_FLOAT, .first = 0, .last = 0xffffffffu, .bound = 0},
+    {FUNCTION("texture_neighbour", "-2^23 to 2^23 of 1 and of 1000 texels; repeat, clamp, mirror", "exact", "exact",
+              "y = to_real(texture_neighbour(to_ireal(x * R(0x1p24f)) - I(0x800000), to_ireal(p1), to_ireal(p0)));",
+              neighbour_error), .inputs = EVERY_VARIATE, WITH_PARAMETERS(rows), .bound = 0},
     {FUNCTION("filter_sample", "all variates; 2048 steps", "its table in double", "2^-24",
               "scene s; s.params = (__global const b_params *)table; s.filter = table + sizeof(b_params) / 4; "
               "y = filter_sample(&s, x).offset;", filter_error), .inputs = EVERY_VARIATE, .table = filter,

@@ -29,6 +29,8 @@ struct function_sweep {
 
 static const char prelude[] =
     "#include \"scatter_segment.h\"\n"
+    "#include \"path_light.h\"\n"
+    "#include \"path_indirect.h\"\n"
     "#include \"light_ray.h\"\n"
     "#include \"camera.h\"\n"
     "#include \"film.h\"\n"
