@@ -11,6 +11,7 @@
 #include <cmocka.h>
 
 #include "checkpoint.h"
+#include "break_off.h"
 #include "checkpoints.h"
 
 /* ---- broken off and gone on ---- */
@@ -115,11 +116,6 @@ static void more_samples_from_a_file(void **state) {
     brume_scene_destroy(scene);
 }
 
-static int stop_at_once(void *user, const brume_progress *progress) {
-    (void)progress;
-    return --*(int *)user == 0;
-}
-
 /* Another width goes on from the end of a pass, and is refused in the middle of one. */
 static void other_widths(void **state) {
     (void)state;
@@ -131,10 +127,7 @@ static void other_widths(void **state) {
         desc.noise_threshold = 8e-3;
         desc.guides = 0;
         brume_render *render = create(scene, &desc);
-        int reports = 7;
-        render->launch_groups = groups;
-        render->report_seconds = -1;
-        assert_int_equal(brume_render_run(render, stop_at_once, &reports), BRUME_CANCELLED);
+        assert_int_equal(break_off_after(render, groups, 7), BRUME_CANCELLED);
         assert_int_equal(render->pass.samples > 0, groups == 180);
         must(brume_render_save(render, path_of("state")));
         must(brume_render_run(render, NULL, NULL));
@@ -350,10 +343,8 @@ static void impossible_numbers_are_refused(void **state) {
     desc.sample_count = 32;
     finish(create(scene, &desc), &whole);
     brume_render *render = create(scene, &desc);
-    render->launch_groups = 20;
-    render->report_seconds = -1;
-    for (int reports = 1; !render->ends || !render->pass.groups_done || render->pass.groups == 360; reports = 1)
-        assert_int_equal(brume_render_run(render, stop_at_once, &reports), BRUME_CANCELLED);
+    while (!render->ends || !render->pass.groups_done || render->pass.groups == 360)
+        assert_int_equal(break_off_after(render, 20, 1), BRUME_CANCELLED);
     uint32_t pass_groups = render->pass.groups, groups_done = render->pass.groups_done;
     must(brume_render_save(render, path_of("state")));
     brume_render_destroy(render);

@@ -17,6 +17,7 @@
 
 #include <cmocka.h>
 
+#include "break_off.h"
 #include "checkpoints.h"
 #include "child.h"
 
@@ -111,16 +112,9 @@ static brume_render_desc adaptive_desc(void) {
     return desc;
 }
 
-static int stop_after(void *user, const brume_progress *progress) {
-    (void)progress;
-    return --*(int *)user == 0;
-}
-
 /* Goes on for some launches. */
 static void run_a_little(brume_render *render, int reports) {
-    render->launch_groups = 130;
-    render->report_seconds = -1;
-    assert_int_equal(brume_render_run(render, stop_after, &reports), BRUME_CANCELLED);
+    assert_int_equal(break_off_after(render, 130, reports), BRUME_CANCELLED);
 }
 
 static int same_bytes(const char *path, const unsigned char *bytes, size_t size) {

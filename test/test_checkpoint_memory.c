@@ -9,19 +9,13 @@
 
 #include <cmocka.h>
 
+#include "break_off.h"
 #include "checkpoints.h"
 #include "faults/host_shim.h"
 
-static int stop_after(void *user, const brume_progress *progress) {
-    (void)progress;
-    return --*(int *)user == 0;
-}
-
 /* Goes on for some launches. */
 static void run_a_little(brume_render *render, int reports) {
-    render->launch_groups = 50;
-    render->report_seconds = -1;
-    assert_int_equal(brume_render_run(render, stop_after, &reports), BRUME_CANCELLED);
+    assert_int_equal(break_off_after(render, 50, reports), BRUME_CANCELLED);
 }
 
 /* The state is of the middle of an adaptive pass, which calls for all there is to be made of it. */
@@ -36,7 +30,7 @@ static void nothing_has_changed(void **state) {
     desc.sample_count = 32;
     finish(create(scene, &desc), &whole);
     brume_render *render = create(scene, &desc);
-    while (!render->ends || !render->pass.groups_done) run_a_little(render, 1);
+    must(break_off_in_a_pass(render, 50));
     must(brume_render_save(render, path_of("state")));
     brume_render_destroy(render);
 

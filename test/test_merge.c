@@ -11,6 +11,7 @@
 
 #include <cmocka.h>
 
+#include "break_off.h"
 #include "checkpoints.h"
 
 enum { PARTS = 4 };
@@ -19,11 +20,6 @@ static const uint32_t firsts[PARTS + 1] = {0, 16, 37, 38, 61};
 static char names[PARTS][64];
 static const char *paths[PARTS];
 
-static int stop_after(void *user, const brume_progress *progress) {
-    (void)progress;
-    return --*(int *)user == 0;
-}
-
 /* A part in a file; with `reports`, broken off after so many. */
 static void save_part(const brume_scene *scene, brume_render_desc desc, uint32_t first, uint32_t end, int reports,
                       const char *path) {
@@ -31,9 +27,7 @@ static void save_part(const brume_scene *scene, brume_render_desc desc, uint32_t
     desc.sample_count = end - first;
     brume_render *render = create(scene, &desc);
     if (reports) {
-        render->report_seconds = -1;
-        render->launch_groups = 130;
-        assert_int_equal(brume_render_run(render, stop_after, &reports), BRUME_CANCELLED);
+        assert_int_equal(break_off_after(render, 130, reports), BRUME_CANCELLED);
     } else {
         must(brume_render_run(render, NULL, NULL));
     }

@@ -11,7 +11,8 @@
 
 #include <cmocka.h>
 
-#include "render.h"
+#include "ball.h"
+#include "break_off.h"
 
 /* No multiple of a tile's sides; with a lamp in fog, so that there is a pilot, whose plan is laid out like the film. */
 enum { WIDTH = 97, HEIGHT = 70, PIXELS = WIDTH * HEIGHT, NEVER = 1000000 };
@@ -41,24 +42,7 @@ static int setup(void **state) {
     (void)state;
     setenv("BRUME_CACHE_DIR", "", 1); /* what is in the cache has no quick start */
     if (brume_context_create(&context) || brume_device_open(context, BRUME_DEVICE_ANY, &device)) return -1;
-    OK(brume_scene_create(context, &scene));
-    uint32_t fog;
-    brume_medium_desc medium = brume_medium_desc_default();
-    medium.sigma_t[0] = medium.sigma_t[1] = medium.sigma_t[2] = 0.2f;
-    OK(brume_scene_add_medium(scene, &medium, &fog));
-    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    ball.center[2] = 4;
-    OK(brume_scene_add_shape(scene, &ball, NULL));
-    brume_light_desc lamp = brume_light_desc_default(BRUME_LIGHT_POINT);
-    lamp.to_world[7] = 2; /* above the camera */
-    OK(brume_scene_add_light(scene, &lamp, NULL));
-    brume_sensor_desc sensor = brume_sensor_desc_default();
-    sensor.medium = fog;
-    OK(brume_scene_set_sensor(scene, &sensor));
-    brume_film_desc film = brume_film_desc_default();
-    film.width = WIDTH;
-    film.height = HEIGHT;
-    OK(brume_scene_set_film(scene, &film));
+    OK(ball_in_fog(context, BRUME_LIGHT_POINT, WIDTH, HEIGHT, &scene));
     brume_render *render = create(0, 0);
     OK(brume_render_run(render, NULL, NULL));
     assert_int_equal(render->stats.quick_lanes, 0);
@@ -147,12 +131,6 @@ static void a_failed_program_is_done_without(void **state) {
     brume_render_destroy(render);
 }
 
-static int stop_at_once(void *user, const brume_progress *progress) {
-    (void)user;
-    (void)progress;
-    return 1;
-}
-
 /* A launch of the narrow program broke off between two of its pixels, in the middle of a wide tile; the state goes to a
  * file, and the wide program does what is missing, and nothing twice. */
 static void the_wide_one_settles_what_the_narrow_one_left(void **state) {
@@ -164,10 +142,8 @@ static void the_wide_one_settles_what_the_narrow_one_left(void **state) {
     close(file);
     brume_render *render = create(1, 0);
     render->program.swap_at = NEVER;
-    render->launch_groups = 50;
-    render->report_seconds = -1;
     while (!render->pass.groups_done || render->pass.samples < 2)
-        assert_int_equal(brume_render_run(render, stop_at_once, NULL), BRUME_CANCELLED);
+        assert_int_equal(break_off_after(render, 50, 1), BRUME_CANCELLED);
     size_t lanes = render->stats.lanes;
     assert_int_equal(render->program.lanes, 1);
     render->pass.doubtful = 5;

@@ -10,32 +10,11 @@
 
 #include <cmocka.h>
 
+#include "ball.h"
 #include "open_device.h"
 #include "platform.h"
 
 enum { WIDTH = 61, HEIGHT = 47, FLOATS = 3 * WIDTH * HEIGHT, LOADS = 60 };
-
-/* A lamp in fog over a ball, or, with other kernels, a sky over the ball. */
-static brume_result describe(brume_scene *scene, int kind) {
-    uint32_t fog = BRUME_NONE;
-    brume_result result = BRUME_OK;
-    brume_medium_desc medium = brume_medium_desc_default();
-    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    brume_light_desc light = brume_light_desc_default(kind ? BRUME_LIGHT_CONSTANT : BRUME_LIGHT_POINT);
-    brume_sensor_desc sensor = brume_sensor_desc_default();
-    brume_film_desc film = brume_film_desc_default();
-    medium.sigma_t[0] = medium.sigma_t[1] = medium.sigma_t[2] = 0.2f;
-    ball.center[2] = 4;
-    light.to_world[7] = kind ? 0 : 2; /* above the camera */
-    film.width = WIDTH;
-    film.height = HEIGHT;
-    if (!kind) result = brume_scene_add_medium(scene, &medium, &fog);
-    sensor.medium = fog;
-    if (!result) result = brume_scene_add_shape(scene, &ball, NULL);
-    if (!result) result = brume_scene_add_light(scene, &light, NULL);
-    if (!result) result = brume_scene_set_sensor(scene, &sensor);
-    return result ? result : brume_scene_set_film(scene, &film);
-}
 
 /* What one thread does with a context of its own, from its first call to its last. */
 typedef struct job {
@@ -58,8 +37,8 @@ static brume_result run(job *j, brume_context *own) {
     desc.lanes = j->lanes;
     desc.quick_start = j->quick_start;
     brume_result result = brume_device_open(own, BRUME_DEVICE_ANY, &opened);
-    if (!result) result = brume_scene_create(own, &scene);
-    if (!result) result = describe(scene, j->kind);
+    if (!result)
+        result = ball_in_fog(own, j->kind ? BRUME_LIGHT_CONSTANT : BRUME_LIGHT_POINT, WIDTH, HEIGHT, &scene);
     if (!result) result = brume_render_create(opened, scene, &desc, &j->render);
     if (!result) {
         __atomic_store_n(&j->running, 1, __ATOMIC_RELEASE);

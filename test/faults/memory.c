@@ -9,6 +9,7 @@
 #include <string.h>
 #include <unistd.h>
 
+#include "../break_off.h"
 #include "cl_shim.h"
 #include "host_shim.h"
 #include "image.h"
@@ -185,23 +186,14 @@ static brume_result do_work(memory_work work, brume_context *context, answer *ou
     }
 }
 
-static int stop_at_once(void *user, const brume_progress *progress) {
-    (void)user;
-    (void)progress;
-    return 1;
-}
-
 /* A state of the middle of an adaptive pass, and two ranges of samples. */
 static brume_result write_states(void) {
     brume_render *made = NULL;
     brume_render_desc desc = desc_of_states();
     brume_result result = brume_render_create(device, scene_to_render, &desc, &made);
     if (result == BRUME_OK) {
-        made->launch_groups = 50;
-        made->report_seconds = -1;
-        while (!made->ends || !made->pass.groups_done)
-            if (brume_render_run(made, stop_at_once, NULL) != BRUME_CANCELLED) return BRUME_ERROR_ARGUMENT;
-        result = brume_render_save(made, paths[STATE]);
+        result = break_off_in_a_pass(made, 50);
+        if (result == BRUME_OK) result = brume_render_save(made, paths[STATE]);
         brume_render_destroy(made);
     }
     desc.adaptive = BRUME_ADAPTIVE_OFF;

@@ -9,7 +9,8 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
-#include "render.h"
+#include "../ball.h"
+#include "../break_off.h"
 
 enum { WIDTH = 23, HEIGHT = 14, PIXELS = WIDTH * HEIGHT, CHANNELS = 9, SAMPLES = 8, SWAP_AT = 3 };
 /* Seconds per sample of a work-item: several launches a pass, and the same ones every time. */
@@ -33,35 +34,18 @@ static size_t channel_floats(int channel) {
     return channel <= BRUME_CHANNEL_NORMAL || channel == BRUME_CHANNEL_ERROR ? 3 * PIXELS : PIXELS;
 }
 
-/* A lamp in fog with a ball in its light: a pilot, several passes, edges for samples to go to. */
+/* A pilot, several passes, edges for samples to go to. */
 static brume_result make_scene(brume_context *context, brume_scene **out) {
-    brume_scene *scene = NULL;
-    uint32_t fog;
-    BRUME_TRY(brume_scene_create(context, &scene));
-    brume_medium_desc medium = brume_medium_desc_default();
-    medium.sigma_t[0] = medium.sigma_t[1] = medium.sigma_t[2] = 0.2f;
-    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    ball.center[2] = 4;
-    brume_light_desc lamp = brume_light_desc_default(BRUME_LIGHT_SPOT);
-    lamp.to_world[7] = 2;
-    brume_sensor_desc sensor = brume_sensor_desc_default();
     brume_film_desc film = brume_film_desc_default();
+    brume_integrator_desc integrator = brume_integrator_desc_default();
     film.width = WIDTH;
     film.height = HEIGHT;
     film.alpha = 1;
-    brume_integrator_desc integrator = brume_integrator_desc_default();
     integrator.max_depth = 3;
-    brume_result result = brume_scene_add_medium(scene, &medium, &fog);
-    sensor.medium = fog;
-    if (result == BRUME_OK) result = brume_scene_add_shape(scene, &ball, NULL);
-    if (result == BRUME_OK) result = brume_scene_add_light(scene, &lamp, NULL);
-    if (result == BRUME_OK) result = brume_scene_set_sensor(scene, &sensor);
-    if (result == BRUME_OK) result = brume_scene_set_film(scene, &film);
-    if (result == BRUME_OK) result = brume_scene_set_integrator(scene, &integrator);
-    if (result == BRUME_OK)
-        *out = scene;
-    else
-        brume_scene_destroy(scene);
+    BRUME_TRY(ball_in_fog(context, BRUME_LIGHT_SPOT, WIDTH, HEIGHT, out));
+    brume_result result = brume_scene_set_film(*out, &film);
+    if (result == BRUME_OK) result = brume_scene_set_integrator(*out, &integrator);
+    if (result != BRUME_OK) brume_scene_destroy(*out);
     return result;
 }
 
@@ -144,23 +128,6 @@ static void prepare_cache(session_kind kind) {
     setenv("BRUME_CACHE_DIR", kind == SESSION_SOURCE ? fresh : kind == SESSION_QUICK ? "" : kept, 1);
 }
 
-static int stop_at_once(void *user, const brume_progress *progress) {
-    (void)user;
-    (void)progress;
-    return 1;
-}
-
-/* Of a pass that goes where the error is. */
-static brume_result run_to_the_middle(brume_render *render) {
-    render->launch_groups = 130;
-    render->report_seconds = -1;
-    while (!render->ends || !render->pass.groups_done) {
-        brume_result result = brume_render_run(render, stop_at_once, NULL);
-        if (result != BRUME_CANCELLED) return result == BRUME_OK ? BRUME_ERROR_ARGUMENT : result;
-    }
-    return BRUME_OK;
-}
-
 /* Where it failed on the device it takes another render. */
 static brume_result load(session *s, const brume_render_desc *desc) {
     brume_result result = BRUME_OK;
@@ -194,7 +161,7 @@ static void work(session *s, pictures *out) {
     if (s->kind == SESSION_QUICK && s->render->program.awaited) s->render->program.swap_at = SWAP_AT;
     if (s->kind == SESSION_SAVED) {
         if (access(saved, F_OK) != 0) {
-            STEP("brume_render_run", run_to_the_middle(s->render));
+            STEP("brume_render_run", break_off_in_a_pass(s->render, 130));
             STEP("brume_render_save", brume_render_save(s->render, saved));
         }
         brume_render_destroy(s->render);
