@@ -5,6 +5,8 @@
  * about 256 / 40 n of nodes and 320 / 6.5 n of blocks, 55 n bytes. All in all 120 n bytes (`make bench-build`).
  */
 #include "bvh_bins.h"
+#include "parallel.h"
+#include "platform.h"
 
 #include <float.h>
 #include <math.h>
@@ -49,11 +51,62 @@ static void set_quadric(brume_bvh_item *item, const b_quadric *q) {
     set_bounds(item, lo, hi);
 }
 
-brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
-                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
-                             brume_bvh *out) {
+/* ---- the items, in pieces --------------------------------------------------------------------------------------- */
+
+enum { PIECE = 16384 };
+
+typedef struct items_job {
+    brume_bvh_tree *tree;
+    const float *positions;
+    const b_triangle *triangles;
+    const b_quadric *quadrics;
+    brume_bounds *bounds; /* of each piece its boxes and its centres */
+} items_job;
+
+static void make_items(void *user, uint32_t piece) {
+    const items_job *j = user;
+    uint32_t first = piece * PIECE, left = j->tree->item_count - first, count = left < PIECE ? left : PIECE;
+    brume_bvh_item *items = j->tree->items + first;
+    for (uint32_t k = 0; k < count; k++) {
+        uint32_t i = first + k;
+        items[k].prim = i;
+        items[k].pad = 0;
+        if (i < j->tree->triangle_count)
+            set_triangle(&items[k], j->positions, &j->triangles[i]);
+        else
+            set_quadric(&items[k], &j->quadrics[i - j->tree->triangle_count]);
+    }
+    j->bounds[2 * piece] = j->bounds[2 * piece + 1] = brume_bounds_empty();
+    brume_bvh_bound(items, count, &j->bounds[2 * piece], &j->bounds[2 * piece + 1]);
+}
+
+/* 0 when memory ran out. */
+static int all_items(items_job *j) {
+    brume_bvh_tree *tree = j->tree;
+    uint32_t pieces = (tree->item_count + PIECE - 1) / PIECE;
+    tree->items = malloc(tree->item_count * sizeof *tree->items + 1);
+    j->bounds = malloc(2 * pieces * sizeof *j->bounds + 1);
+    if (!tree->items || !j->bounds) return 0;
+    brume_parallel(tree->threads, pieces, make_items, j);
+    tree->box = tree->centers = brume_bounds_empty();
+    for (uint32_t i = 0; i < pieces; i++) {
+        brume_bounds_join(&tree->box, &j->bounds[2 * i]);
+        brume_bounds_join(&tree->centers, &j->bounds[2 * i + 1]);
+    }
+    return 1;
+}
+
+/* ---- all of it -------------------------------------------------------------------------------------------------- */
+
+/* Below so many primitives for each thread another one isn't worth its start. */
+enum { WORTH_A_THREAD = 16384 };
+
+brume_result brume_bvh_build_threaded(brume_context *context, uint32_t threads, const float *positions,
+                                      const b_triangle *triangles, uint32_t triangle_count, const b_quadric *quadrics,
+                                      uint32_t quadric_count, brume_bvh *out) {
     brume_bvh_tree tree = {0};
-    brume_result result;
+    items_job job = {&tree, positions, triangles, quadrics, NULL};
+    brume_result result = BRUME_OK;
 
     /* Leaf codes keep 27 bits for the first block; a block holds at least one primitive. */
     if ((uint64_t)triangle_count + quadric_count > UINT32_C(1) << 27)
@@ -61,24 +114,24 @@ brume_result brume_bvh_build(brume_context *context, const float *positions, con
                           triangle_count, quadric_count, 1u << 27);
     tree.triangle_count = triangle_count;
     tree.item_count = triangle_count + quadric_count;
-    tree.items = malloc(tree.item_count * sizeof *tree.items + 1);
-    if (!tree.items)
-        return brume_fail(context, BRUME_ERROR_MEMORY, "no memory for %u primitives", tree.item_count);
-    for (uint32_t i = 0; i < tree.item_count; i++) {
-        tree.items[i].prim = i;
-        tree.items[i].pad = 0;
-        if (i < triangle_count)
-            set_triangle(&tree.items[i], positions, &triangles[i]);
-        else
-            set_quadric(&tree.items[i], &quadrics[i - triangle_count]);
-    }
-    tree.box = tree.centers = brume_bounds_empty();
-    brume_bvh_bound(tree.items, tree.item_count, &tree.box, &tree.centers);
-    result = tree.item_count ? brume_bvh_split(context, &tree) : BRUME_OK;
+    uint32_t most = tree.item_count / WORTH_A_THREAD;
+    most = most < BRUME_PARALLEL_MOST ? most : BRUME_PARALLEL_MOST;
+    tree.threads = threads < most ? threads : most;
+    if (!all_items(&job))
+        result = brume_fail(context, BRUME_ERROR_MEMORY, "no memory for %u primitives", tree.item_count);
+    if (result == BRUME_OK && tree.item_count) result = brume_bvh_split(context, &tree);
     if (result == BRUME_OK) result = brume_bvh_collapse(context, &tree, positions, triangles, out);
+    free(job.bounds);
     free(tree.items);
     brume_bvh_tree_free(&tree);
     return result;
+}
+
+brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
+                             uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
+                             brume_bvh *out) {
+    return brume_bvh_build_threaded(context, brume_processors(), positions, triangles, triangle_count, quadrics,
+                                    quadric_count, out);
 }
 
 void brume_bvh_free(brume_bvh *bvh) {

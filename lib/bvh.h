@@ -14,10 +14,15 @@ typedef struct brume_bvh {
     uint32_t stack_size;      /* entries a walk can need; kernels are built with -DBVH_STACK=stack_size */
 } brume_bvh;
 
-/* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. */
+/* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. With as many threads as the system
+ * has processors, where there are enough primitives; at the peak 120 bytes a primitive are in use, at most 200. */
 brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
                              uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
                              brume_bvh *out);
+/* With up to so many threads, at most BRUME_PARALLEL_MOST: the same to the bit with any number of them. */
+brume_result brume_bvh_build_threaded(brume_context *context, uint32_t threads, const float *positions,
+                                      const b_triangle *triangles, uint32_t triangle_count, const b_quadric *quadrics,
+                                      uint32_t quadric_count, brume_bvh *out);
 void brume_bvh_free(brume_bvh *bvh);
 
 #endif

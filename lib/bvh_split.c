@@ -1,8 +1,8 @@
 /* bvh_split.c -- the binary tree, from the root down, and the plan for the wide one on the way back.
  *
  * Leaves hold at most 4 items: the plan merges them again where that is cheaper. Items are copied from one array to a
- * second and back as they are parted, in their order. Below DEPTH_SAH levels halves are taken without looking, so the
- * depth is bounded by DEPTH_SAH + 33 whatever the input.
+ * second and back as they are parted, in their order. Below BVH_DEPTH_SAH levels halves are taken without looking, so
+ * the depth is bounded by BVH_DEPTH_SAH + 33 whatever the input.
  */
 #include "bvh_bins.h"
 #include "bvh_split.h"
@@ -10,7 +10,7 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { LEAF_ITEMS = 4, DEPTH_SAH = 64 };
+enum { LEAF_ITEMS = 4 };
 
 /* ---- nodes ------------------------------------------------------------------------------------------------------ */
 
@@ -88,7 +88,7 @@ __attribute__((noinline)) static void part(brume_bvh_splitter *s, const brume_bv
                                            brume_bounds box[2]) {
     brume_bins bins;
     brume_split split;
-    if (r->depth >= DEPTH_SAH) {
+    if (r->depth >= BVH_DEPTH_SAH) {
         take_halves(s, r, child, box);
         return;
     }
@@ -147,8 +147,7 @@ static int split_all(brume_bvh_splitter *s) {
     for (int a = 0; a < 3; a++) size[a] = (double)box.hi[a] - box.lo[a];
     double area = size[0] * size[1] + size[1] * size[2] + size[2] * size[0];
     s->unit = area > 0 ? 1 / area : 1;
-    /* Chunks that are full, a last one, and one that isn't full for each range that a thread takes for itself. */
-    tree->chunk_room = 2 * (tree->item_count / BVH_CHUNK + 1) + 1;
+    tree->chunk_room = 2 * (tree->item_count / BVH_CHUNK + 1);
     tree->chunks = calloc(tree->chunk_room, sizeof *tree->chunks);
     s->items[0] = tree->items;
     s->items[1] = malloc(tree->item_count * sizeof *tree->items);
@@ -157,6 +156,7 @@ static int split_all(brume_bvh_splitter *s) {
     if (s->failed) return 0;
     root.quadrics = tree->item_count - tree->triangle_count;
     brume_bvh_start_node(s, &root, &box);
+    if (tree->threads > 1) return brume_bvh_grow_threaded(s, &arena, &root);
     return brume_bvh_grow(s, &arena, &root, &forest);
 }
 

@@ -1,8 +1,10 @@
-/* bvh_split.h -- the binary tree while it grows: what lib/bvh_split.c works on. */
+/* bvh_split.h -- the binary tree while it grows: what lib/bvh_split.c and lib/bvh_top.c share. */
 #ifndef BRUME_BVH_SPLIT_H
 #define BRUME_BVH_SPLIT_H
 
 #include "bvh_tree.h"
+
+enum { BVH_DEPTH_SAH = 64 };
 
 typedef struct brume_bvh_splitter {
     brume_bvh_tree *tree;
@@ -36,5 +38,7 @@ void brume_bvh_children_of(const brume_bvh_range *r, uint32_t left, uint32_t lef
 
 /* The whole tree below a started node; 0 when memory ran out. */
 int brume_bvh_grow(brume_bvh_splitter *s, brume_bvh_arena *arena, const brume_bvh_range *r, brume_bvh_forest *forest);
+/* The same by several threads, in lib/bvh_top.c. */
+int brume_bvh_grow_threaded(brume_bvh_splitter *s, brume_bvh_arena *arena, const brume_bvh_range *root);
 
 #endif

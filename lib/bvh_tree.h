@@ -38,6 +38,7 @@ typedef struct brume_bvh_tree {
     brume_bvh_binary **chunks;
     uint32_t item_count, triangle_count;
     uint32_t chunk_room, chunk_count; /* the count atomically */
+    uint32_t threads;
 } brume_bvh_tree;
 
 static inline brume_bvh_binary *brume_bvh_at(const brume_bvh_tree *tree, uint32_t number) {

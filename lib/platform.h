@@ -41,6 +41,8 @@ typedef struct brume_thread brume_thread;
 brume_thread *brume_thread_start(void (*work)(void *argument), void *argument);
 /* Waits for its end and releases it; NULL is accepted. */
 void brume_thread_join(brume_thread *thread);
+/* How many threads can run at once; 1 where nobody knows. */
+uint32_t brume_processors(void);
 
 /* ---- libraries, loaded at run time ------------------------------------------------------------------------------- */
 

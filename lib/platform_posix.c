@@ -1,4 +1,7 @@
 /* platform_posix.c -- platform.h by POSIX.1-2008: Linux (glibc, musl), macOS. */
+#ifdef __APPLE__
+#define _DARWIN_C_SOURCE /* _SC_NPROCESSORS_ONLN, which POSIX has since 2024 */
+#endif
 #include "platform.h"
 
 #include <dirent.h>
@@ -74,6 +77,15 @@ brume_thread *brume_thread_start(void (*work)(void *argument), void *argument) {
 void brume_thread_join(brume_thread *thread) {
     if (thread) pthread_join(thread->handle, NULL);
     free(thread);
+}
+
+uint32_t brume_processors(void) {
+#ifdef _SC_NPROCESSORS_ONLN
+    long count = sysconf(_SC_NPROCESSORS_ONLN);
+#else
+    long count = 1;
+#endif
+    return count > 1 ? (uint32_t)count : 1;
 }
 
 /* ---- libraries ------------------------------------------------------------------------------------------------- */

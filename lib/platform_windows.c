@@ -66,6 +66,12 @@ void brume_thread_join(brume_thread *thread) {
     free(thread);
 }
 
+uint32_t brume_processors(void) {
+    SYSTEM_INFO info;
+    GetSystemInfo(&info);
+    return info.dwNumberOfProcessors > 1 ? (uint32_t)info.dwNumberOfProcessors : 1;
+}
+
 /* ---- libraries ------------------------------------------------------------------------------------------------- */
 
 brume_library *brume_library_open(const char *name) { return (brume_library *)LoadLibraryA(name); }

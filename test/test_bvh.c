@@ -231,6 +231,49 @@ static void test_quadrics(void **state) {
     }
 }
 
+/* ---- how good it is --------------------------------------------------------------------------------------------- */
+
+static double slot_area(const b_node *n, int k) {
+    double x = (double)n->hi_x[k] - n->lo_x[k], y = (double)n->hi_y[k] - n->lo_y[k];
+    double z = (double)n->hi_z[k] - n->lo_z[k];
+    return x * y + y * z + z * x;
+}
+
+/* Nodes and blocks that a ray through the scene visits, by the surface area heuristic. */
+static double expected_cost(const brume_bvh *bvh, double area) {
+    double sum = 1;
+    for (uint32_t n = 0; n < bvh->node_count; n++)
+        for (int k = 0; k < 8 && bvh->nodes[n].lo_x[k] <= bvh->nodes[n].hi_x[k]; k++)
+            sum += slot_area(&bvh->nodes[n], k) / area *
+                   (bvh->nodes[n].child[k] < 0 ? (~bvh->nodes[n].child[k] & 7) + 1 : 1);
+    return sum;
+}
+
+/* A flat square, which each level of a perfect hierarchy tiles once: log8 of the number of blocks are its levels of
+ * nodes, and the blocks come on top. */
+static void test_cost_of_a_square(void **state) {
+    (void)state;
+    for (uint32_t cells = 16; cells <= 256; cells *= 2) {
+        test_mesh m = test_mesh_terrain(cells);
+        brume_bvh bvh;
+        uint64_t seed = cells;
+        for (uint32_t i = 0; i < m.vertex_count; i++) m.positions[3 * i + 2] = 0;
+        for (uint32_t i = m.triangle_count - 1; i > 0; i--) { /* in no order */
+            uint32_t k = (uint32_t)(test_uniform(&seed) * (i + 1));
+            b_triangle t = m.triangles[i];
+            m.triangles[i] = m.triangles[k];
+            m.triangles[k] = t;
+        }
+        assert_int_equal(brume_bvh_build(NULL, m.positions, m.triangles, m.triangle_count, NULL, 0, &bvh), BRUME_OK);
+        double perfect = 1 + log(m.triangle_count / 8.0) / log(8), cost = expected_cost(&bvh, 4);
+        print_message("%u triangles: cost %.3f, perfect %.3f\n", m.triangle_count, cost, perfect);
+        assert_true(cost > 0.99 * perfect);
+        assert_true(cost < 1.07 * perfect);
+        brume_bvh_free(&bvh);
+        test_mesh_free(&m);
+    }
+}
+
 static void test_too_many(void **state) {
     (void)state;
     brume_bvh bvh;
@@ -242,6 +285,7 @@ int main(void) {
         cmocka_unit_test(test_ordinary),      cmocka_unit_test(test_small),   cmocka_unit_test(test_identical),
         cmocka_unit_test(test_equal_centers), cmocka_unit_test(test_scales),  cmocka_unit_test(test_flat),
         cmocka_unit_test(test_quadrics),      cmocka_unit_test(test_too_many),
+        cmocka_unit_test(test_cost_of_a_square),
     };
     return cmocka_run_group_tests(tests, NULL, NULL);
 }

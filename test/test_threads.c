@@ -1,5 +1,6 @@
 /* test_threads.c -- contexts in several threads are independent: films to the bit, error messages, and a render that
- * another thread cancels. `make check-threads` runs it under ThreadSanitizer. */
+ * another thread cancels; and a hierarchy that several threads build. `make check-threads` runs it under
+ * ThreadSanitizer. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -11,6 +12,8 @@
 #include <cmocka.h>
 
 #include "ball.h"
+#include "bvh.h"
+#include "meshes.h"
 #include "open_device.h"
 #include "platform.h"
 
@@ -220,11 +223,131 @@ static void messages_stay_in_their_thread(void **state) {
     }
 }
 
+/* ---- the hierarchy, which the library builds in threads of its own --------------------------------------------- */
+
+static void a_hierarchy_by_several_threads(void **state) {
+    (void)state;
+    test_mesh m = test_mesh_terrain(260);
+    brume_bvh one, three;
+    const b_triangle *t = m.triangles;
+    brume_result alone = brume_bvh_build_threaded(NULL, 1, m.positions, t, m.triangle_count, NULL, 0, &one);
+    brume_result shared = brume_bvh_build_threaded(NULL, 3, m.positions, t, m.triangle_count, NULL, 0, &three);
+    assert_int_equal(alone.cancelled, 0);
+    finish(&alone);
+    start(&first, 0, 64, 1, 0);
+    start(&second, 0, 64, 1, 0);
+    first.awaits = 1;
+    brume_thread *a = brume_thread_start(work, &first), *b = brume_thread_start(work, &second);
+    brume_thread *c = brume_thread_start(cancel, &first);
+    assert_non_null(a);
+    assert_non_null(b);
+    assert_non_null(c);
+    brume_thread_join(a);
+    brume_thread_join(b);
+    brume_thread_join(c);
+    finish(&first);
+    finish(&second);
+    assert_true(first.cancelled > 0);
+    assert_int_equal(second.cancelled, 0);
+    /* However often it was stopped and went on. */
+    assert_memory_equal(first.film, alone.film, sizeof alone.film);
+    assert_memory_equal(second.film, alone.film, sizeof alone.film);
+}
+
+/* ---- reading --------------------------------------------------------------------------------------------------- */
+
+/* Loads a file that can't be read again and again: the message is always the one for it. */
+typedef struct reader {
+    char path[256], expected[256];
+    int wrong, failed;
+} reader;
+
+static void read_wrong_scene(void *argument) {
+    reader *r = argument;
+    for (int i = 0; i < LOADS; i++) {
+        brume_context *own = NULL;
+        brume_scene *scene = NULL;
+        if (brume_context_create(&own)) {
+            r->failed = 1;
+            return;
+        }
+        r->wrong += brume_scene_load(own, r->path, NULL, 0, &scene) != BRUME_ERROR_SCENE ||
+                    !strstr(brume_context_message(own), r->expected);
+        brume_scene_destroy(scene);
+        brume_context_destroy(own);
+    }
+}
+
+static void write_text(const char *path, const char *text) {
+    FILE *file = fopen(path, "w");
+    assert_non_null(file);
+    assert_true(fputs(text, file) >= 0);
+    assert_int_equal(fclose(file), 0);
+}
+
+static void messages_stay_in_their_thread(void **state) {
+    (void)state;
+    static const char *const meshes[2] = {"ply\nformat nonsense 1.0\nend_header\n", "none at all\n"};
+    static reader readers[2];
+    const char *build = getenv("BRUME_BUILD") ? getenv("BRUME_BUILD") : "build";
+    char mesh[2][256], text[512];
+    for (int i = 0; i < 2; i++) {
+        reader *r = &readers[i];
+        memset(r, 0, sizeof *r);
+        snprintf(mesh[i], sizeof mesh[i], "%s/test_threads-%d.ply", build, i);
+        snprintf(r->path, sizeof r->path, "%s/test_threads-%d.xml", build, i);
+        snprintf(text, sizeof text,
+                 "<scene version='3.0.0'>\n%s<shape type='ply'><string name='filename' value='test_threads-%d.ply'/>"
+                 "</shape></scene>\n", i ? "\n" : "", i);
+        write_text(mesh[i], meshes[i]);
+        write_text(r->path, text);
+        /* What one thread says alone. */
+        brume_context *own = NULL;
+        brume_scene *scene = NULL;
+        assert_int_equal(brume_context_create(&own), BRUME_OK);
+        assert_int_equal(brume_scene_load(own, r->path, NULL, 0, &scene), BRUME_ERROR_SCENE);
+        snprintf(r->expected, sizeof r->expected, "%s", brume_context_message(own));
+        brume_context_destroy(own);
+    }
+    assert_string_not_equal(readers[0].expected, readers[1].expected);
+    brume_thread *a = brume_thread_start(read_wrong_scene, &readers[0]);
+    brume_thread *b = brume_thread_start(read_wrong_scene, &readers[1]);
+    assert_non_null(a);
+    assert_non_null(b);
+    brume_thread_join(a);
+    brume_thread_join(b);
+    for (int i = 0; i < 2; i++) {
+        remove(mesh[i]);
+        remove(readers[i].path);
+        assert_int_equal(readers[i].failed, 0);
+        assert_int_equal(readers[i].wrong, 0);
+    }
+}
+
+/* ---- the hierarchy, which the library builds in threads of its own --------------------------------------------- */
+
+static void a_hierarchy_by_several_threads(void **state) {
+    (void)state;
+    test_mesh m = test_mesh_terrain(260);
+    brume_bvh one, three;
+    brume_result alone = brume_bvh_build_threaded(NULL, 1, m.positions, m.triangles, m.triangle_count, NULL, 0, &one);
+    brume_result shared = brume_bvh_build_threaded(NULL, 3, m.positions, m.triangles, m.triangle_count, NULL, 0,
+                                                   &three);
+    assert_int_equal(alone, BRUME_OK);
+    assert_int_equal(shared, BRUME_OK);
+    assert_int_equal(one.node_count, three.node_count);
+    assert_memory_equal(one.nodes, three.nodes, one.node_count * sizeof *one.nodes);
+    brume_bvh_free(&one);
+    brume_bvh_free(&three);
+    test_mesh_free(&m);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_threads_give_the_films_of_one),
         cmocka_unit_test(a_third_thread_may_cancel),
         cmocka_unit_test(messages_stay_in_their_thread),
+        cmocka_unit_test(a_hierarchy_by_several_threads),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

@@ -72,9 +72,9 @@ static double expected_cost(const brume_bvh *bvh) {
 static measure build_ours(const traversal_mesh *m, unsigned threads, const char *isa) {
     brume_bvh bvh;
     (void)isa;
-    (void)threads;
     measure start = now();
-    if (brume_bvh_build(NULL, m->positions, m->triangles, m->triangle_count, NULL, 0, &bvh)) die("out of memory");
+    if (brume_bvh_build_threaded(NULL, threads, m->positions, m->triangles, m->triangle_count, NULL, 0, &bvh))
+        die("out of memory");
     measure end = since(&start);
     end.cost = expected_cost(&bvh);
     return end;

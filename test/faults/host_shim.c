@@ -30,7 +30,7 @@ static entry book[BOOK]; /* open addressing; (void *)1 marks what has been freed
 static size_t booked;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
 static unsigned calls, fail_at;
-static int fail_forever, fired, counting;
+static int fail_forever, fired, counting, of_others;
 static __thread int mine; /* the test's thread */
 
 #ifndef SANITIZED
@@ -64,14 +64,14 @@ static void strike(const void *at) {
     pthread_mutex_unlock(&lock);
 }
 
-static int counts(void) { return counting && mine && !cl_shim_inside(); }
+static int counts(void) { return counting && mine != of_others && !cl_shim_inside(); }
 
 /* Whether the allocation is to fail. */
 static int runs_out(void) {
-    calls++;
-    int fails = fail_at && (calls == fail_at || (fail_forever && calls > fail_at));
+    unsigned call = __atomic_add_fetch(&calls, 1, __ATOMIC_RELAXED);
+    int fails = fail_at && (call == fail_at || (fail_forever && call > fail_at));
     if (fails) {
-        fired = 1;
+        __atomic_store_n(&fired, 1, __ATOMIC_RELAXED);
         errno = ENOMEM;
     }
     return fails;
@@ -130,8 +130,11 @@ void host_shim_begin(unsigned n, int forever) {
     fail_at = n;
     fail_forever = forever;
     mine = 1;
+    of_others = 0;
     counting = 1;
 }
+
+void host_shim_of_others(int others) { of_others = others; }
 
 void host_shim_relent(void) { fail_at = 0; }
 

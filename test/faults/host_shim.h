@@ -13,6 +13,8 @@ int host_shim_works(void);
 
 /* Counts allocations from 1 on, until host_shim_end. The n-th fails, with `forever` all from then on; 0: none. */
 void host_shim_begin(unsigned n, int forever);
+/* From now on only what other threads than the test's ask for counts. */
+void host_shim_of_others(int others);
 /* Nothing fails any more; counts and books go on. */
 void host_shim_relent(void);
 void host_shim_end(void);
