@@ -29,10 +29,19 @@ static brume_result wrong(brume_context *context, const char *path, const char *
     return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: %s", path, what);
 }
 
+/* What merging writes is no checkpoint: samples are added up from all parts at once. */
+static int is_picture(const prelude *first) {
+    static const char exr[4] = {0x76, 0x2f, 0x31, 0x01}, png[4] = {(char)0x89, 'P', 'N', 'G'};
+    return memcmp(first->magic, exr, sizeof exr) == 0 || memcmp(first->magic, png, sizeof png) == 0;
+}
+
 /* All of a file that is as long as its first bytes say, behind them. */
 static brume_result read_bytes(brume_context *context, const char *path, FILE *file, prelude *first, uint8_t **out) {
-    if (fread(first, sizeof *first, 1, file) != 1 || memcmp(first->magic, magic, sizeof magic) != 0)
-        return wrong(context, path, "is not a checkpoint");
+    int is_long = fread(first, sizeof *first, 1, file) == 1;
+    if (is_long && is_picture(first))
+        return wrong(context, path, "is a picture, which lacks what going on or adding up takes; expected a checkpoint; "
+                                    "what has been added up can't be added to: give all of its checkpoints at once");
+    if (!is_long || memcmp(first->magic, magic, sizeof magic) != 0) return wrong(context, path, "is not a checkpoint");
     if (first->byte_order != BYTE_ORDER) return wrong(context, path, "is a checkpoint of another kind of machine");
     if (first->version != VERSION)
         return brume_fail(context, BRUME_ERROR_CHECKPOINT, "%s: is a checkpoint of version %u; expected version %u",

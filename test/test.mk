@@ -46,10 +46,10 @@ stability: all meshes $(stable)
 	@sh test/stability.sh $(build) $(sort $(stable))
 
 # ARGS="cached": one of the sessions only
-## trust: every OpenCL call with every error, every allocation, hostile files: how many, how many were lost
-trust: $(build)/test/measure_cl_faults $(build)/test/measure_memory
+## trust: OpenCL calls with every error, allocations, writes, hostile files: how many were tried, how many lost
+trust: $(build)/test/measure_cl_faults $(build)/test/measure_memory $(build)/test/measure_file_faults
 	@sh test/trust.sh "$(build)/test/measure_cl_faults $(ARGS)" $(build)/test/measure_memory \
-	    "$(MAKE) -s fuzz SECONDS=20"
+	    $(build)/test/measure_file_faults "$(MAKE) -s fuzz SECONDS=20"
 
 # SECONDS=600, or RUNS=20000: for each reader
 SECONDS ?= 60

@@ -1,9 +1,6 @@
 /* test_checkpoint_faults.c -- a checkpoint is a whole one whatever happens while it is written: a call to the system
- * that fails, a process that ends between any two of them, kill -9 at any of them. The calls that files are written by
- * are this program's own (the linker takes them before the C library's) and stop where a test wants it. */
-#define _DEFAULT_SOURCE /* syscall */
+ * that fails, a process that ends between any two of them, kill -9 at any of them. */
 #include <errno.h>
-#include <fcntl.h>
 #include <setjmp.h>
 #include <signal.h>
 #include <stdarg.h>
@@ -12,7 +9,6 @@
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
-#include <sys/syscall.h>
 #include <unistd.h>
 
 #include <cmocka.h>
@@ -20,86 +16,17 @@
 #include "break_off.h"
 #include "checkpoints.h"
 #include "child.h"
+#include "faults/file_shim.h"
 
-/* ---- the calls ---- */
-
-typedef enum fault {
-    NONE,
-    FAILS, /* the call at `at` reports an error */
-    ENDS,  /* from the call at `at` on nothing happens any more, as when the process had ended */
-    KILLS  /* and it does end */
-} fault;
-
-static struct {
-    int watching, calls, at, error; /* ENOSPC if 0 */
-    fault fault;
-    char log[128]; /* o, w, f, c, r, O, F, C: open, write, fsync, close, rename; capital: of the folder */
-    int folder;    /* its descriptor */
-} watch = {.folder = -1};
-
-/* Whether the call is not to be made. `letter` goes to the log. */
-static int stopped(char letter) {
-    if (!watch.watching) return 0;
-    int call = watch.calls++;
-    if (call < (int)sizeof watch.log - 1) watch.log[call] = letter;
-    if (watch.fault == KILLS && call == watch.at) raise(SIGKILL);
-    if ((watch.fault == FAILS && call == watch.at) || (watch.fault == ENDS && call >= watch.at)) {
-        errno = watch.error ? watch.error : ENOSPC;
-        return 1;
-    }
-    return 0;
-}
-
-int open(const char *path, int flags, ...) {
-    va_list arguments;
-    va_start(arguments, flags);
-    unsigned mode = flags & O_CREAT ? va_arg(arguments, unsigned) : 0;
-    va_end(arguments);
-    if ((flags & (O_CREAT | O_DIRECTORY)) && stopped(flags & O_CREAT ? 'o' : 'O')) return -1;
-    int descriptor = (int)syscall(SYS_openat, AT_FDCWD, path, flags, mode);
-    if (watch.watching && (flags & O_DIRECTORY)) watch.folder = descriptor;
-    return descriptor;
-}
-
-/* A write that is broken off has written half. */
-ssize_t pwrite(int descriptor, const void *bytes, size_t size, off_t offset) {
-    if (watch.watching && watch.fault != NONE && watch.calls == watch.at)
-        syscall(SYS_pwrite64, descriptor, bytes, size / 2, offset);
-    return stopped('w') ? -1 : (ssize_t)syscall(SYS_pwrite64, descriptor, bytes, size, offset);
-}
-
-int fsync(int descriptor) {
-    return stopped(descriptor == watch.folder ? 'F' : 'f') ? -1 : (int)syscall(SYS_fsync, descriptor);
-}
-
-int close(int descriptor) {
-    int stop = stopped(descriptor == watch.folder ? 'C' : 'c'), result = (int)syscall(SYS_close, descriptor);
-    return stop ? -1 : result;
-}
-
-int rename(const char *from, const char *to) {
-    return stopped('r') ? -1 : (int)syscall(SYS_renameat, AT_FDCWD, from, AT_FDCWD, to);
-}
-
-int remove(const char *path) {
-    if (watch.watching && watch.fault == ENDS && watch.calls > watch.at) return -1;
-    return (int)syscall(SYS_unlinkat, AT_FDCWD, path, 0);
-}
-
-static brume_result save_failing(brume_render *render, const char *path, fault f, int at, int error) {
-    memset(&watch, 0, sizeof watch);
-    watch.folder = -1;
-    watch.fault = f;
-    watch.at = at;
-    watch.error = error;
-    watch.watching = 1;
+static brume_result save_failing(brume_render *render, const char *path, file_fault fault, int at, int error) {
+    file_shim_begin(fault, at, error);
     brume_result result = brume_render_save(render, path);
-    watch.watching = 0;
+    file_shim_end();
     return result;
 }
 
-static brume_result save_watched(brume_render *render, const char *path, fault f, int at) {
-    return save_failing(render, path, f, at, 0);
+static brume_result save_watched(brume_render *render, const char *path, file_fault fault, int at) {
+    return save_failing(render, path, fault, at, ENOSPC);
 }
 
 /* ---- a render with two states ---- */
@@ -152,28 +79,28 @@ static void whole_old_or_whole_new(void **state) {
     must(brume_render_save(render, path));
     unsigned char *old = read_whole(path, &old_size);
     run_a_little(render, 11);
-    must(save_watched(render, path, NONE, 0));
+    must(save_watched(render, path, FILE_NONE, 0));
     unsigned char *new = read_whole(path, &new_size);
     assert_true(old_size != new_size || memcmp(old, new, new_size) != 0);
 
     /* First all of the file to the disk, then the name, then that to the disk. */
-    size_t calls = strlen(watch.log), writes = strspn(watch.log + 1, "w");
-    assert_int_equal(watch.log[0], 'o');
+    size_t calls = strlen(file_shim_log()), writes = strspn(file_shim_log() + 1, "w");
+    assert_int_equal(file_shim_log()[0], 'o');
     assert_true(writes > 10);
-    assert_string_equal(watch.log + 1 + writes, "fcrOFC");
+    assert_string_equal(file_shim_log() + 1 + writes, "fcrOFC");
 
     brume_context_set_log(context, NULL, NULL);
     for (size_t at = 0; at < calls; at++) {
         size_t renamed = 1 + writes + 2;
         write_whole(path, old, old_size);
-        assert_int_equal(save_watched(render, path, FAILS, (int)at),
+        assert_int_equal(save_watched(render, path, FILE_FAILS, (int)at),
                          at + 1 == calls ? BRUME_OK : BRUME_ERROR_OUTPUT);
         if (at + 1 < calls) assert_non_null(strstr(brume_context_message(context), "No space left on device"));
         assert_true(at <= renamed ? same_bytes(path, old, old_size) : same_bytes(path, new, new_size));
         assert_int_equal(leftovers(), 0);
 
         write_whole(path, old, old_size);
-        save_watched(render, path, ENDS, (int)at);
+        save_watched(render, path, FILE_ENDS, (int)at);
         assert_true(at <= renamed ? same_bytes(path, old, old_size) : same_bytes(path, new, new_size));
         assert_int_equal(leftovers(), at > 0 && at <= renamed);
         must(brume_render_save(render, path)); /* clears away what that left */
@@ -182,7 +109,7 @@ static void whole_old_or_whole_new(void **state) {
     /* A folder that may be written to, and not be read: the file is there, and only when its name is on the disk can't
      * be known. */
     write_whole(path, old, old_size);
-    must(save_failing(render, path, FAILS, (int)(1 + writes + 3), EACCES));
+    must(save_failing(render, path, FILE_FAILS, (int)(1 + writes + 3), EACCES));
     assert_true(same_bytes(path, new, new_size));
     render->launch_groups = 0;
     finish(render, &later);
@@ -202,7 +129,7 @@ static int be_killed(const char *path, int at) {
     brume_render *render = create(scene, &desc);
     if (brume_render_load(render, path) != BRUME_OK) return 1;
     run_a_little(render, 5);
-    save_watched(render, path, KILLS, at);
+    save_watched(render, path, FILE_KILLS, at);
     return 1; /* not reached, or else */
 }
 
@@ -221,8 +148,8 @@ static void killed_at_any_call(void **state) {
     finish(create(scene, &desc), &whole);
     brume_render *render = create(scene, &desc);
     run_a_little(render, 9);
-    must(save_watched(render, path, NONE, 0));
-    int calls = watch.calls;
+    must(save_watched(render, path, FILE_NONE, 0));
+    int calls = file_shim_calls();
     brume_render_destroy(render);
     /* The first calls, some of the many writes, all that follow them. */
     for (int at = 0, at_end = calls - 14; at < calls; at += at < 2 || at >= at_end ? 1 : 6) {

@@ -248,6 +248,11 @@ static void merging(void **state)
         assert_int_equal(cli_run("merge b a -o a.png --stats=json:/dev/full"), 6);
         cli_expect_error_line("statistics could not be written");
     }
+    /* What has been added up. */
+    assert_int_equal(cli_run("merge a.exr b -o b.png"), 7);
+    cli_expect_error_line("a.exr: is a picture, which lacks");
+    assert_int_equal(cli_run("merge a.png b -o b.png"), 7);
+    cli_expect_error_line("a.png: is a picture, which lacks");
     assert_int_equal(cli_run("merge a a -o a.png"), 7);
     cli_expect_error_line("both hold samples 0 to 7");
     assert_int_equal(cli_run("merge b -o a.png"), 7);
