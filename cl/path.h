@@ -116,13 +116,17 @@ FN vec path_turn_to_lamp(const scene *s, const path *p, const vertex *v, vec tur
 /* The next direction: a surface's BSDF, the medium's phase function, or straight on through a null surface. Everyone
  * else ends. */
 FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through) {
-    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_SURFACE));
+    /* The last surface lights nothing further unless a ray from it can meet light; see path_medium. */
+    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3), segment = p->segments;
+    mask at_surface = v->at_surface & (needed <= I(s->params->max_depth));
+    mask turns = at_surface | v->in_medium;
+    p->segments = segment + I(1);
+    p->alive = p->alive & (turns | through);
+    if (!ANY(p->alive)) return;
+    random4 u = random_set(&p->random, random_bounce_set(segment, SET_SURFACE));
     vec d = p->d;
     real pdf = R(-1);
     rgb weight = cgrey(R(1));
-    /* The last surface lights nothing further unless a ray from it can meet light; see path_medium. */
-    ireal needed = p->depth + I(s->params->surfaces_emit ? 2 : 3);
-    mask at_surface = v->at_surface & (needed <= I(s->params->max_depth));
     if (ANY(at_surface)) {
         bsdf_sampled b = bsdf_sample(&v->b, v->wo, unit(u.x), unit(u.y), unit(u.z));
         d = vselect(at_surface, to_world(&v->frame, b.wi), d);
@@ -144,12 +148,10 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
         d = vselect(v->in_medium, turned, d);
         pdf = v->in_medium ? phase : pdf;
     }
-    mask turns = at_surface | v->in_medium;
     mask on_surface = at_surface | through;
     if (HAS(LIGHT_LAYERS))
         light_layers_turn(&p->layers, turns, HAS(SPECULAR) ? at_surface & bsdf_is_specular(&v->b) : FALSE_MASK,
                           v->in_medium);
-    p->alive = p->alive & (turns | through);
     p->throughput = cselect(turns, cmul(p->throughput, weight), p->throughput);
     p->t_max = through ? p->t_max - t : FAR_AWAY;
     p->travelled = p->travelled + t;
@@ -159,7 +161,6 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     p->pdf = turns ? pdf : p->pdf;
     p->depth = turns ? p->depth + I(1) : p->depth;
     p->from_medium = turns ? v->in_medium : p->from_medium;
-    p->segments = p->segments + I(1);
     p->alive = p->alive & !is_black(p->throughput) & (p->segments < I(MAX_SEGMENTS)) & (p->t_max > R(0));
     if (HAS(MEDIA)) p->medium = on_surface ? medium_beyond(s, v->shape, v->ng, d, p->medium) : p->medium;
     path_roulette(s, p, unit(u.w), turns & p->alive);
@@ -219,12 +220,15 @@ FN void path_step(const scene *s, path *p) {
     mask counted = INDIRECT_IS_RAYS ? p->from_medium & (v.b.kind == I(BSDF_DIFFUSE)) : FALSE_MASK;
     if (STRATEGY == STRATEGY_DISTANCE) lit = lit | (v.in_medium & (p->depth + I(2) <= max_depth));
     if (PATH_SAMPLES_LIGHT) {
-        random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
-        mask by_lamps = lit & !counted;
-        if (HAS(DELTA_LIGHTS) && s->params->light_count > 0 && ANY(by_lamps))
-            path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
-        mask offered = SCATTERS_EMITTERS ? lit : lit | v.in_medium;
-        if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && ANY(offered)) path_sample_emitters(s, p, &v, u, offered);
+        mask by_lamps = HAS(DELTA_LIGHTS) && s->params->light_count > 0 ? lit & !counted : FALSE_MASK;
+        mask by_emitters = FALSE_MASK;
+        if (HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) by_emitters = SCATTERS_EMITTERS ? lit : lit | v.in_medium;
+        int lamps = ANY(by_lamps), emitters = ANY(by_emitters);
+        random4 u = random_none();
+        if (emitters || (lamps && s->params->light_count > 1))
+            u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
+        if (HAS(DELTA_LIGHTS) && lamps) path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
+        if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && emitters) path_sample_emitters(s, p, &v, u, by_emitters);
     }
     trace_radiance(s, p, TRACE_LIT);
     trace_place(s, p, v.p, t, scatters ? TRACE_SCATTERED : null ? TRACE_PASSED : TRACE_SURFACE,

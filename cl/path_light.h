@@ -37,8 +37,10 @@ FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
 
 FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light, mask live) {
-    real share;
-    ireal choice = lamp_choose_for_point(s, v->p, v->frame.n, v->wo.z, v->in_medium, u_light, live, &share);
+    real share = R(1);
+    ireal choice = I(0);
+    if (s->params->light_count > 1)
+        choice = lamp_choose_for_point(s, v->p, v->frame.n, v->wo.z, v->in_medium, u_light, live, &share);
     live = live & (choice >= I(0));
     if (!ANY(live)) return;
     lamp l = lamp_gather(s, live ? choice : I(0));

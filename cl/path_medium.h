@@ -20,14 +20,15 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         p->alive = p->alive & !(in & is_black(p->throughput));
         return FALSE_MASK;
     }
-    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_MEDIUM));
     mask camera = p->segments == I(0);
-    if (ANY(camera)) {
-        /* The distance along the first segment shares its set with the pixel position: padding it loses up to 10 x. */
-        random4 pixel = random_set(&p->random, SET_PIXEL);
-        u.z = select32(camera, pixel.z, u.z);
-        u.w = select32(camera, pixel.w, u.w);
-    }
+    /* Along the first segment, of one lamp, nothing else is drawn. */
+    int more = s->params->light_count > 1 || ANY(scattering & !camera);
+    more = FLIES ? 1 : STRATEGY_IS_PRODUCT ? more : 1;
+    random4 u = random_none();
+    if (more) u = random_set(&p->random, random_bounce_set(p->segments, SET_MEDIUM));
+    /* The distance along the first segment shares its set with the pixel position: padding it loses up to 10 x. */
+    u.z = select32(camera, p->pixel_z, u.z);
+    u.w = select32(camera, p->pixel_w, u.w);
     mask gathers = scattering & (p->depth + I(2) <= max_depth), by_lamps = gathers;
     if (INDIRECT_IS_RAYS) {
         by_lamps = gathers & !p->from_medium;

@@ -35,6 +35,7 @@ typedef struct {
     mask from_medium;  /* the segment starts where the path scattered in a medium */
     mask alive;
     rng random;
+    ureal32 pixel_z, pixel_w; /* of SET_PIXEL, for the first segment; with DRAWS_FIRST */
     light_ray light;   /* with INDIRECT_RAY_LIGHTS */
     first_hit guide;   /* with GUIDES */
     light_layers layers; /* with LIGHT_LAYERS */
@@ -42,6 +43,9 @@ typedef struct {
 } path;
 
 #define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
+
+/* Media in which something is drawn along the first segment. */
+#define DRAWS_FIRST (HAS(MEDIA) && HAS(SCATTERING))
 
 /* Light that is found behind `more` scattering events beyond those of the path; where the first of them lies, or its
  * source if there are none: in a medium or not. */
@@ -84,6 +88,7 @@ FN path path_none(void) {
     if (HAS(GUIDES)) p.guide = first_hit_none();
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
+    if (DRAWS_FIRST) p.pixel_z = p.pixel_w = U32(0);
     p.random.key = p.random.index = U32(0);
     p.random.sampler = SAMPLER_SOBOL;
     return p;
@@ -93,6 +98,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     path p;
     p.random = random_start(s->params, to_ureal32(x), to_ureal32(y), sample);
     random4 u = random_set(&p.random, SET_PIXEL);
+    if (DRAWS_FIRST) p.pixel_z = u.z, p.pixel_w = u.w;
     filter_offset at_x = filter_sample(s, unit(u.x)), at_y = filter_sample(s, unit(u.y));
     p.sign = at_x.sign * at_y.sign;
     random4 lens;
@@ -148,6 +154,10 @@ FN path path_select(mask m, path a, path b) {
     if (SCATTERS_EMITTERS) p.flew = flight_record_select(m, a.flew, b.flew);
     p.alive = m ? a.alive : b.alive;
     p.random = random_select(m, a.random, b.random);
+    if (DRAWS_FIRST) {
+        p.pixel_z = select32(m, a.pixel_z, b.pixel_z);
+        p.pixel_w = select32(m, a.pixel_w, b.pixel_w);
+    }
     return p;
 }
 

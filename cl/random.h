@@ -69,6 +69,13 @@ FN ureal32 random_bounce_set(ireal segment, uint set) {
     return to_ureal32(segment) * U32(SETS_PER_BOUNCE) + U32(FIRST_BOUNCE_SET + set);
 }
 
+/* For whoever needs none. */
+FN random4 random_none(void) {
+    random4 u;
+    u.x = u.y = u.z = u.w = U32(0);
+    return u;
+}
+
 CALL random4 random_set(const rng *r, ureal32 set) {
     random4 u;
     ureal32 h = hash32(r->key ^ (set * U32(0x9e3779b9u)));
