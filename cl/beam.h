@@ -42,10 +42,13 @@ FN beam_interval beam_clip(const beam *g, real start, real end, real xa, real xb
     real edge1 = g->D * (g->sn * c1 + g->cs * s1) / lmax(g->cs * c1 - g->sn * s1, R(1e-18));
     i.t0 = from_start ? start : lclamp(edge0, start, end);
     i.t1 = to_end ? end : lclamp(edge1, i.t0, end);
-    /* Far and narrow segments: the difference of two nearly equal angles has no digits left; its tangent has. */
-    real whole = latan2(g->D * (i.t1 - i.t0), fma(i.t0, i.t1, square(g->D)));
+    i.width = x1 - i.x0;
     mask is_whole = from_start & to_end;
-    i.width = is_whole ? whole : x1 - i.x0;
+    if (ANY(is_whole)) {
+        /* Far and narrow segments: the difference of two nearly equal angles has no digits left; its tangent has. */
+        real whole = latan2(g->D * (i.t1 - i.t0), fma(i.t0, i.t1, square(g->D)));
+        i.width = is_whole ? whole : i.width;
+    }
     i.width = i.width > R(0) ? i.width : R(0);
     return i;
 }
@@ -93,13 +96,16 @@ FN beam beam_of(const lamp *l, vec o, vec d, real t_end) {
     mask dark = l->cone & (v_room < R(0));
     mask all = v_room >= R(2) * g.rho;
     real k = lclamp(v_room / lmax(R(2) * g.rho, R(1e-24)), R(0), R(1));
-    real half_width = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
     /* A point light reaches the whole line. */
     all = all | !l->cone;
     g.rho = l->cone ? g.rho : R(1);
     g.cs = l->cone ? g.cs : R(1);
     g.sn = l->cone ? g.sn : R(0);
     g.versine_out_of_plane = l->cone ? g.versine_out_of_plane : R(0);
+    mask none = dark | (t_end <= R(0));
+    g.a = g.b = beam_nothing();
+    if (ALL(none)) return g;
+    real half_width = R(2) * latan2(sqrt(k), sqrt(R(1) - k));
     half_width = l->cone ? half_width : R(4);
 
     real xa = latan2(difference_of_products(start, g.cs, g.D, g.sn), fma(g.D, g.cs, start * g.sn));
@@ -107,10 +113,8 @@ FN beam beam_of(const lamp *l, vec o, vec d, real t_end) {
     mask turned = (xb < R(0)) & (xa > R(0)) & (end > start);
     xb = turned ? xb + R(2 * PI) : xb;
     real reach = all ? R(8) : half_width;
-    g.a = beam_clip(&g, start, end, xa, xb, -reach, reach);
-    mask none = dark | (t_end <= R(0));
-    g.a.width = none ? R(0) : g.a.width;
-    g.b = beam_nothing();
+    beam_interval a = beam_clip(&g, start, end, xa, xb, -reach, reach);
+    g.a = beam_interval_select(none, g.a, a);
     /* A cone wider than a half space can light the far end too, one turn on. */
     mask wraps = (!all) & (!none) & (xb > R(2 * PI) - half_width);
     if (ANY(wraps)) {

@@ -14,6 +14,7 @@
 /* The medium on the other side of a surface that a path or shadow ray along d crosses. */
 FN ireal medium_beyond(const scene *s, ireal shape, vec ng, vec d, ireal current) {
     mask boundary = (GATHER_INT(s->shapes, flags, shape) & I(SHAPE_BOUNDARY)) != I(0);
+    if (!ANY(boundary)) return current;
     mask entering = vdot(ng, d) < R(0);
     ireal inside = GATHER_INT(s->shapes, interior, shape), outside = GATHER_INT(s->shapes, exterior, shape);
     return boundary ? (entering ? inside : outside) : current;
