@@ -229,11 +229,11 @@ static void a_hierarchy_by_several_threads(void **state) {
     (void)state;
     test_mesh m = test_mesh_terrain(260);
     brume_bvh one, three;
-    brume_result alone = brume_bvh_build_threaded(NULL, 1, m.positions, m.triangles, m.triangle_count, NULL, 0, &one);
-    brume_result shared = brume_bvh_build_threaded(NULL, 3, m.positions, m.triangles, m.triangle_count, NULL, 0,
-                                                   &three);
-    assert_int_equal(alone, BRUME_OK);
-    assert_int_equal(shared, BRUME_OK);
+    brume_result by_one = brume_bvh_build_threaded(NULL, 1, m.positions, m.triangles, m.triangle_count, NULL, 0, &one);
+    brume_result by_three = brume_bvh_build_threaded(NULL, 3, m.positions, m.triangles, m.triangle_count, NULL, 0,
+                                                     &three);
+    assert_int_equal(by_one, BRUME_OK);
+    assert_int_equal(by_three, BRUME_OK);
     assert_int_equal(one.node_count, three.node_count);
     assert_memory_equal(one.nodes, three.nodes, one.node_count * sizeof *one.nodes);
     brume_bvh_free(&one);
