@@ -77,9 +77,8 @@ typedef struct level_sums {
     double slope[SETS]; /* of the sum of `excess` by the logarithm of the ratio */
 } level_sums;
 
-/* Of pictures in fog the order is usually USUAL_ORDER, and the logarithm of 2^order has a spread of SPREAD about that;
- * pixels at one level differ by LEVEL_SPREAD from the picture's. */
-#define USUAL_ORDER 1.4
+/* The logarithm of 2^order has a spread of SPREAD about what is usual; pixels at one level differ by LEVEL_SPREAD from
+ * the picture's. */
 #define SPREAD 0.25
 #define LEVEL_SPREAD 0.15
 
@@ -121,7 +120,7 @@ static void find_orders(const brume_error_estimate *e, const float *weights, lev
     size_t pixels = (size_t)e->width * e->height;
     double squares[SETS];
     memset(s, 0, sizeof *s);
-    for (int k = 0; k < SETS; k++) s->ratio[k] = exp2(e->independent ? 1 : USUAL_ORDER);
+    for (int k = 0; k < SETS; k++) s->ratio[k] = exp2(e->independent ? 1 : BRUME_USUAL_ORDER);
     for (int step = 0; step <= NEWTON_STEPS && !e->independent; step++) {
         double sums[SETS] = {0};
         memset(squares, 0, sizeof squares);
@@ -145,7 +144,7 @@ static void find_orders(const brume_error_estimate *e, const float *weights, lev
             if (s->slope[k] > 0) s->ratio[k] *= exp(fmin(fmax(-sums[k] / s->slope[k], -1), 1));
     }
     for (int k = ALL; k >= 0; k--) {
-        double usual = k == ALL ? exp2(USUAL_ORDER) : s->ratio[ALL], spread = k == ALL ? SPREAD : LEVEL_SPREAD;
+        double usual = k == ALL ? exp2(BRUME_USUAL_ORDER) : s->ratio[ALL], spread = k == ALL ? SPREAD : LEVEL_SPREAD;
         s->order[k] = 1;
         if (e->independent) continue;
         if (s->slope[k] > 0) {

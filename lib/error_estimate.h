@@ -8,8 +8,8 @@
  *
  * With p = 1 this is what independent samples give; the spread of the samples, the usual measure, knows no other p and
  * is far too large for p near 2 or 3. The order p comes from two successive differences over many pixels: the ratio of
- * their expectations is 2^p. Few pixels hold most of the error, and theirs alone says little: it is found where the last
- * differences times the ratio have the same distribution as those before, each pixel counting by the root of them; and
+ * their expectations is 2^p. Few pixels hold most of the error, and theirs alone says little: the ratio is found where
+ * the last differences times it have the same distribution as those before, each pixel counting by the root of them; and
  * as far as pixels are too few to tell, it is what is usual. They are scrambled independently of each other: they are
  * the independent randomisations that the confidence interval comes from.
  *
@@ -21,6 +21,9 @@
 #include "context.h"
 
 enum { BRUME_ERROR_LEVELS = 32 };
+
+/* Of pictures in fog, and what is assumed as far as pixels can't tell. */
+#define BRUME_USUAL_ORDER 1.4
 
 typedef struct brume_error_estimate {
     uint32_t width, height;

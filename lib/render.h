@@ -164,4 +164,28 @@ brume_result brume_goal_last_look(brume_render *render);
 /* Decides on the next stage; sets `finished` if there is none. `seconds`: of the run so far. */
 brume_result brume_goal_next_stage(brume_render *render, double seconds);
 
+/* ---- render_predict.c: what is still to come, by the latest estimate ---- */
+
+/* Adaptive sampling has to promise this much to be used: its launches are less even. */
+#define BRUME_WORTHWHILE 1.15
+
+/* Samples per pixel so far, on average, as groups pay for them. */
+double brume_mean_samples(const brume_render *render);
+
+/* What the time limit leaves to brume_render_run. */
+double brume_run_limit(const brume_render *render);
+
+/* The error will fall as samples to the power of minus this. */
+double brume_predict_order(const brume_render *render);
+
+/* The mean samples per pixel that a relMSE takes, if all pixels stay alike; and with the allocation, if it pays. */
+double brume_predict_uniform(const brume_render *render, double relmse);
+double brume_predict_samples(const brume_render *render, double relmse);
+
+/* The relMSE with so many. */
+double brume_predict_relmse(const brume_render *render, double samples);
+
+/* Sets the render's prediction. `seconds`: of the run so far. */
+void brume_predict(brume_render *render, double seconds);
+
 #endif

@@ -23,13 +23,6 @@ enum {
 #define STAGE_ERROR 2.0
 #define STAGE_SAMPLES 4.0
 
-/* Orders fall as samples grow: what is smooth has converged then, and what is noise remains. Seen with 16 samples,
- * (p - 1) is too large for the next hundred by a third or so (measured by `make estimates`). */
-#define ORDER_KEPT 0.5
-
-/* Adaptive sampling has to promise this much to be used: its launches are less even. */
-#define WORTHWHILE 1.15
-
 static int is_power_of_two(uint32_t n) { return (n & (n - 1)) == 0; }
 
 int brume_goal_exists(const brume_render *r) {
@@ -38,78 +31,6 @@ int brume_goal_exists(const brume_render *r) {
 
 static int may_adapt(const brume_render *r) {
     return r->desc.adaptive != BRUME_ADAPTIVE_OFF && brume_goal_exists(r);
-}
-
-/* What the time limit leaves to brume_render_run. */
-static double run_limit(const brume_render *r) { return r->desc.time_limit - r->create_seconds; }
-
-/* Samples per pixel so far, on average, as groups pay for them. */
-static double mean_samples(const brume_render *r) { return r->work / r->layout.group_count; }
-
-/* How the error will fall from here on. */
-static double order_ahead(const brume_render *r) { return 1 + ORDER_KEPT * (r->error.order - 1); }
-
-static double uniform_samples_for(const brume_render *r, double relmse) {
-    return mean_samples(r) * fmax(1, pow(r->error.relmse / relmse, 1 / order_ahead(r)));
-}
-
-/* The picture's error over what its pixels' surroundings add up to. */
-static double calibration(const brume_render *r) {
-    double samples, relmse;
-    brume_allocation_predict(r->allocation, 0, &samples, &relmse);
-    return relmse > 0 ? r->error.relmse / relmse : 1;
-}
-
-/* The mean samples per pixel that a relMSE takes, from the state of the film. */
-static double samples_for(const brume_render *r, double relmse) {
-    double uniform = uniform_samples_for(r, relmse), samples, reached, off;
-    if (!r->allocation) return uniform;
-    off = calibration(r);
-    brume_allocation_predict(r->allocation, brume_allocation_for_error(r->allocation, relmse / off), &samples,
-                             &reached);
-    return !r->ends && (reached * off > relmse || samples * WORTHWHILE > uniform) ? uniform : samples;
-}
-
-static double relmse_after(const brume_render *r, double samples) {
-    double ratio = samples / mean_samples(r), used, adapted;
-    double uniform = r->error.relmse * pow(ratio > 1 ? ratio : 1, -order_ahead(r));
-    if (!r->allocation) return uniform;
-    brume_allocation_predict(r->allocation, brume_allocation_for_samples(r->allocation, samples), &used, &adapted);
-    adapted *= calibration(r);
-    return r->ends || adapted < uniform ? adapted : uniform;
-}
-
-/* Predictions are off by a factor whose logarithm has a standard deviation of this times the logarithm of the growth
- * predicted (measured by `make estimates`); the interval is to hold nine in ten. */
-#define PREDICTION_SPREAD 0.4
-#define NORMAL_90 1.645
-
-/* When so many samples per pixel will be there, in seconds of the run. */
-static double time_of(const brume_render *r, double seconds, double samples) {
-    return seconds + fmax(0, samples - mean_samples(r)) / r->rate;
-}
-
-static void predict(brume_render *r, double seconds) {
-    const brume_render_desc *d = &r->desc;
-    brume_prediction *p = &r->prediction;
-    double work = mean_samples(r);
-    if (!r->error.known || !(r->rate > 0) || !(work > 0)) return;
-    p->known = p->fresh = 1;
-    if (d->noise_threshold > 0) {
-        double e = d->noise_threshold, samples = samples_for(r, e);
-        double off = samples > work ? pow(samples / work, NORMAL_90 * PREDICTION_SPREAD) : 1;
-        p->seconds = time_of(r, seconds, samples);
-        p->low = time_of(r, seconds, samples / off);
-        p->high = time_of(r, seconds, samples * off);
-        p->relmse = fmin(e, r->error.relmse);
-        p->work = fmax(work, samples);
-        if (samples <= d->sample_count && (!(d->time_limit > 0) || p->seconds <= run_limit(r))) return;
-    }
-    double samples = d->sample_count;
-    if (d->time_limit > 0) samples = fmin(work + r->rate * fmax(0, run_limit(r) - seconds), samples);
-    p->seconds = p->low = p->high = time_of(r, seconds, samples);
-    p->relmse = relmse_after(r, samples);
-    p->work = samples;
 }
 
 /* The film's mean and sample count, malloc'ed. */
@@ -152,7 +73,7 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         if (r->looked) result = estimate(r, count);
         if (result == BRUME_OK && may_adapt(r) && r->looked && r->error.known) {
             brume_allocation_free(r->allocation);
-            r->allocation = brume_allocation_create(&r->estimate, order_ahead(r), MOST_SAMPLES);
+            r->allocation = brume_allocation_create(&r->estimate, brume_predict_order(r), MOST_SAMPLES);
             if (!r->allocation)
                 result = brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
         }
@@ -201,7 +122,7 @@ static void next_adaptive_stage(brume_render *r, double budget) {
     size_t pixels = (size_t)r->layout.width * r->layout.height;
     double now, error, then, unused;
     brume_allocation_predict(r->allocation, 0, &now, &error);
-    int most = brume_allocation_for_samples(r->allocation, budget - mean_samples(r) + now);
+    int most = brume_allocation_for_samples(r->allocation, budget - brume_mean_samples(r) + now);
     int detail = brume_allocation_for_samples(r->allocation, STAGE_SAMPLES * now);
     if (d->noise_threshold > 0) {
         double wanted = fmax(d->noise_threshold / r->error.relmse, 1 / STAGE_ERROR) * error;
@@ -250,25 +171,29 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
     }
     /* A stage that ended between powers of two, because its error was to be low enough there. */
     if (d->noise_threshold > 0 && !r->ends && !is_power_of_two(r->samples_done)) BRUME_TRY(brume_goal_last_look(r));
-    double work = mean_samples(r), budget = most;
+    double work = brume_mean_samples(r), budget = most;
     if (work > r->stage_work && seconds > r->stage_seconds)
         r->rate = (work - r->stage_work) / (seconds - r->stage_seconds);
     r->stage_work = work;
     r->stage_seconds = seconds;
-    if (d->time_limit > 0 && r->rate > 0) budget = fmin(most, work + r->rate * fmax(0, run_limit(r) - seconds));
-    predict(r, seconds);
+    if (d->time_limit > 0 && r->rate > 0) budget = fmin(most, work + r->rate * fmax(0, brume_run_limit(r) - seconds));
+    brume_predict(r, seconds);
     int reached = d->noise_threshold > 0 && r->error.known && r->error.relmse <= d->noise_threshold;
     if ((reached && r->stage_end >= LEAST_SAMPLES) ||
-        (d->time_limit > 0 && seconds >= run_limit(r)) || work >= most || (!r->ends && r->samples_done >= most)) {
+        (d->time_limit > 0 && seconds >= brume_run_limit(r)) || work >= most || (!r->ends && r->samples_done >= most)) {
         r->finished = 1;
         return BRUME_OK;
     }
     if (!r->ends && !reached && is_power_of_two(r->samples_done) && r->error.known && may_adapt(r) && r->allocation) {
-        int pays;
-        if (d->noise_threshold > 0)
-            pays = samples_for(r, d->noise_threshold) * WORTHWHILE < uniform_samples_for(r, d->noise_threshold);
-        else
-            pays = relmse_after(r, budget) * WORTHWHILE < r->error.relmse * pow(budget / work, -order_ahead(r));
+        double adapted, uniform;
+        if (d->noise_threshold > 0) {
+            adapted = brume_predict_samples(r, d->noise_threshold);
+            uniform = brume_predict_uniform(r, d->noise_threshold);
+        } else {
+            adapted = brume_predict_relmse(r, budget);
+            uniform = r->error.relmse * pow(budget / work, -brume_predict_order(r));
+        }
+        int pays = adapted * BRUME_WORTHWHILE < uniform;
         if (d->adaptive == BRUME_ADAPTIVE_ON || pays) {
             brume_result result = start_adapting(r);
             if (result != BRUME_OK) return result;
