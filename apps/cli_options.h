@@ -64,6 +64,9 @@ extern const cli_option cli_option_table[OPTION_COUNT];
 /* Optimal string alignment distance between the first `a_length` letters of a and b, at most 24. */
 int cli_spelling_distance(const char *a, size_t a_length, const char *b);
 
+/* CLI_EXIT_USAGE after an error line that says what the option expects (cli_expected.c). */
+int cli_wrong_value(option_id id, const char *value);
+
 /* Stores an option's value. 0, or the exit code after an error line. */
 int cli_option_set(cli_options *options, option_id id, const char *value);
 

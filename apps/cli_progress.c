@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "cli.h"
+#include "cli_duration.h"
 #include "platform.h"
 
 void cli_error(const char *format, ...)
@@ -81,14 +82,16 @@ static void print_prediction(cli_progress *progress, const brume_progress *updat
         return;
     progress->predicted = 1;
     clear_bar(progress);
+    char seconds[CLI_DURATION_SIZE], low[CLI_DURATION_SIZE], high[CLI_DURATION_SIZE];
+    cli_duration(update->predicted_seconds, seconds);
     if (progress->threshold > 0 && update->predicted_relmse <= progress->threshold)
-        fprintf(stderr, "relMSE %.2g in about %.3g s (%.3g to %.3g)\n", progress->threshold, update->predicted_seconds,
-                update->predicted_low, update->predicted_high);
+        fprintf(stderr, "relMSE %.2g in about %s (%s to %s)\n", progress->threshold, seconds,
+                cli_duration(update->predicted_low, low), cli_duration(update->predicted_high, high));
     else if (progress->threshold > 0)
-        fprintf(stderr, "relMSE %.2g is out of reach: about %.2g in %.3g s\n", progress->threshold,
-                update->predicted_relmse, update->predicted_seconds);
+        fprintf(stderr, "relMSE %.2g is out of reach: about %.2g in %s\n", progress->threshold,
+                update->predicted_relmse, seconds);
     else
-        fprintf(stderr, "relMSE of about %.2g in %.3g s\n", update->predicted_relmse, update->predicted_seconds);
+        fprintf(stderr, "relMSE of about %.2g in %s\n", update->predicted_relmse, seconds);
 }
 
 static void print_number(const char *name, double value)

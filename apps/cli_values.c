@@ -7,12 +7,6 @@
 #include "cli_options.h"
 #include "estimators.h"
 
-static int wrong_value(option_id id, const char *value)
-{
-    cli_error("--%s: expected %s, not \"%s\"", cli_option_table[id].name, cli_option_table[id].argument, value);
-    return CLI_EXIT_USAGE;
-}
-
 /* A decimal number up to 2^32 - 1 at *text, which must be followed by `stop`; moves *text behind that. */
 static int parse_uint(const char **text, char stop, uint32_t *out)
 {
@@ -34,14 +28,14 @@ static int parse_positive(option_id id, const char *value, double *out)
 {
     char *end;
     *out = strtod(value, &end);
-    return end != value && !*end && isfinite(*out) && *out > 0 ? 0 : wrong_value(id, value);
+    return end != value && !*end && isfinite(*out) && *out > 0 ? 0 : cli_wrong_value(id, value);
 }
 
 static int parse_define(cli_options *options, const char *value)
 {
     const char *equals = strchr(value, '=');
     if (!equals || equals == value)
-        return wrong_value(OPTION_DEFINE, value);
+        return cli_wrong_value(OPTION_DEFINE, value);
     size_t length = (size_t)(equals - value);
     for (size_t i = 0; i < options->parameter_count; i++)
         if (strncmp(options->parameters[i].name, value, length) == 0 && options->parameters[i].name[length] == 0) {
@@ -64,7 +58,7 @@ static int parse_define(cli_options *options, const char *value)
 static int parse_strategy(brume_render_desc *render, const char *value)
 {
     if (!estimators_strategy(value, strlen(value), &render->strategy, &render->positions))
-        return wrong_value(OPTION_STRATEGY, value);
+        return cli_wrong_value(OPTION_STRATEGY, value);
     render->use_strategy = 1;
     return 0;
 }
@@ -72,7 +66,7 @@ static int parse_strategy(brume_render_desc *render, const char *value)
 static int parse_indirect(brume_render_desc *render, const char *value)
 {
     if (!estimators_indirect(value, strlen(value), &render->indirect))
-        return wrong_value(OPTION_INDIRECT, value);
+        return cli_wrong_value(OPTION_INDIRECT, value);
     render->use_indirect = 1;
     return 0;
 }
@@ -179,12 +173,12 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return 0;
     case OPTION_SPP:
         if (!parse_uint(&text, 0, &a) || a == 0)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         render->sample_count = a;
         return 0;
     case OPTION_SAMPLE_RANGE:
         if (!parse_uint(&text, ':', &a) || !parse_uint(&text, 0, &b) || a >= b)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         render->first_sample = a;
         render->sample_count = b - a;
         return 0;
@@ -200,11 +194,11 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         else if (strcmp(value, "off") == 0)
             render->adaptive = BRUME_ADAPTIVE_OFF;
         else
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         return 0;
     case OPTION_SEED:
         if (!parse_uint(&text, 0, &a))
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         render->use_seed = 1;
         render->seed = a;
         return 0;
@@ -217,7 +211,7 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_CROP:
         if (!parse_uint(&text, ',', &x0) || !parse_uint(&text, ',', &x1) || !parse_uint(&text, ',', &y0) ||
             !parse_uint(&text, 0, &y1) || x0 >= x1 || y0 >= y1)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         render->use_crop = 1;
         render->crop_x = x0;
         render->crop_y = y0;
@@ -231,24 +225,24 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_EXPOSURE:
         options->exposure = strtof(value, &end);
         if (end == value || *end || !isfinite(options->exposure))
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         return 0;
     case OPTION_TONEMAP:
         options->tonemap = strcmp(value, "filmic") == 0 ? BRUME_TONEMAP_FILMIC : BRUME_TONEMAP_NONE;
-        return options->tonemap || strcmp(value, "none") == 0 ? 0 : wrong_value(id, value);
+        return options->tonemap || strcmp(value, "none") == 0 ? 0 : cli_wrong_value(id, value);
     case OPTION_DENOISE:
         options->denoise = strcmp(value, "beauty") == 0   ? BRUME_DENOISE_BEAUTY
                            : strcmp(value, "layers") == 0 ? BRUME_DENOISE_LAYERS
                                                           : BRUME_DENOISE_NONE;
-        return options->denoise || strcmp(value, "none") == 0 ? 0 : wrong_value(id, value);
+        return options->denoise || strcmp(value, "none") == 0 ? 0 : cli_wrong_value(id, value);
     case OPTION_DISPLAY:
         if (!*value)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->display_server = value;
         return 0;
     case OPTION_DEVICE:
         if (!*value)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->device = value;
         return 0;
     case OPTION_PRECISION:
@@ -257,16 +251,16 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         else if (strcmp(value, "double") == 0)
             render->precision = BRUME_PRECISION_DOUBLE;
         else
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         return 0;
     case OPTION_LANES:
         if (!parse_uint(&text, 0, &a) || (a != 1 && a != 4 && a != 8 && a != 16))
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         render->lanes = a;
         return 0;
     case OPTION_STATS:
         if (strncmp(value, "json", 4) != 0 || (value[4] && (value[4] != ':' || !value[5])))
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->stats_path = value[4] ? value + 5 : "";
         return 0;
     case OPTION_PROGRESS:
@@ -277,7 +271,7 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         else if (strcmp(value, "json") == 0)
             options->progress = CLI_PROGRESS_JSON;
         else
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         return 0;
     case OPTION_LIST_DEVICES:
         options->list_devices = 1;
@@ -285,11 +279,11 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_CLAMP:
         render->clamp = strtof(value, &end);
         if (end == value || *end || !isfinite(render->clamp) || render->clamp <= 0)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         return 0;
     case OPTION_CHECKPOINT:
         if (!*value)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->checkpoint = value;
         return 0;
     case OPTION_CHECKPOINT_INTERVAL:
@@ -303,14 +297,14 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
     case OPTION_DEBUG_SAMPLE:
         if (!parse_uint(&text, ',', &options->debug_sample[0]) || !parse_uint(&text, ',', &options->debug_sample[1]) ||
             !parse_uint(&text, 0, &options->debug_sample[2]))
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->debugs = 1;
         return 0;
     case OPTION_FOLDER:
     case OPTION_SETTINGS:
     case OPTION_REFERENCE:
         if (!*value)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         *(id == OPTION_FOLDER ? &options->study.folder
           : id == OPTION_SETTINGS ? &options->study.settings : &options->study.reference) = value;
         return 0;
@@ -322,10 +316,10 @@ int cli_option_set(cli_options *options, option_id id, const char *value)
         return parse_positive(id, value, &options->study.time_target);
     case OPTION_CLOCK:
         options->study.cpu_clock = strcmp(value, "cpu") == 0;
-        return options->study.cpu_clock || strcmp(value, "wall") == 0 ? 0 : wrong_value(id, value);
+        return options->study.cpu_clock || strcmp(value, "wall") == 0 ? 0 : cli_wrong_value(id, value);
     case OPTION_WIDTH:
         if (!parse_uint(&text, 0, &a) || a == 0 || a > 65536)
-            return wrong_value(id, value);
+            return cli_wrong_value(id, value);
         options->study.width = a;
         return 0;
     case OPTION_FRESH:

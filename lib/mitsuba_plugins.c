@@ -3,6 +3,7 @@
 #include "mitsuba.h"
 #include "mitsuba_spelling.h"
 
+#include <stdio.h>
 #include <string.h>
 
 #define MAX_NAMES 32
@@ -65,14 +66,28 @@ static int contains(const char *const *names, const char *name) {
     return 0;
 }
 
+/* "; there are a, b and c", or nothing where there is none. */
+static const char *those_there_are(const plugin_list *list, char *out, size_t size) {
+    size_t count = names_in(list->supported), used = 0;
+    out[0] = 0;
+    for (size_t i = 0; i < count && used < size; i++) {
+        const char *before = i + 1 < count ? ", " : " and ";
+        if (i == 0) before = count == 1 ? "; there is " : "; there are ";
+        used += (size_t)snprintf(out + used, size - used, "%s%s", before, list->supported[i]);
+    }
+    return out;
+}
+
 void mitsuba_check_plugin(mitsuba_object *object) {
     const plugin_list *list = NULL;
     const char *tag = object->node->tag;
     for (int i = 0; i < LIST_COUNT; i++)
         if (strcmp(tag, plugin_lists[i].tag) == 0) list = &plugin_lists[i];
     if (!list || contains(list->supported, object->type)) return;
+    char there[256];
     if (contains(list->missing, object->type)) {
-        mitsuba_fail(object->reader, object->node, "the %s plugin '%s' is not supported yet", tag, object->type);
+        mitsuba_fail(object->reader, object->node, "the %s plugin '%s' is not supported yet%s", tag, object->type,
+                     those_there_are(list, there, sizeof there));
         return;
     }
     const char *names[2 * MAX_NAMES];
@@ -84,5 +99,6 @@ void mitsuba_check_plugin(mitsuba_object *object) {
         mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'; did you mean '%s'?", tag, object->type,
                      near);
     else
-        mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'", tag, object->type);
+        mitsuba_fail(object->reader, object->node, "unknown %s plugin '%s'%s", tag, object->type,
+                     those_there_are(list, there, sizeof there));
 }

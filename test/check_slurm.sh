@@ -4,6 +4,22 @@
 set -eu
 build=$(cd "$1" && pwd)
 root=$(pwd)
+# What is missing is said before anything is made or queued.
+bare=$(mktemp -d)
+ln -s "$(command -v sh)" "$(command -v dirname)" "$bare/"
+refuses() { # PART COMMAND...
+    part=$1
+    shift
+    said=$(cd "$bare" && "$@" "$root/scenes/one-spot.xml" 4 2 out.exr 2>&1) && said='nothing, and exits with 0'
+    case $said in *"$part"*) ;; *) echo "check-slurm: expected $part, not: $said" >&2; exit 1 ;; esac
+    [ ! -e "$bare/out.exr.parts" ] || { echo "check-slurm: $part, but a folder was made" >&2; exit 1; }
+}
+refuses "no sbatch" env PATH="$bare" sh "$root/apps/farm/slurm.sh"
+refuses "GNU parallel is not" env PATH="$bare" sh "$root/apps/farm/parallel.sh"
+touch "$bare/parallel" && chmod +x "$bare/parallel"
+refuses "no render-cli;" env PATH="$bare" sh "$root/apps/farm/parallel.sh"
+rm -r "$bare"
+
 for program in slurmctld slurmd sbatch parallel; do
     command -v $program >/dev/null || { echo "check-slurm: skipped: no $program"; exit 77; }
 done

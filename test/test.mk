@@ -28,6 +28,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 
 $(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
+$(build)/test/test_cli_duration: $(build)/apps/cli_duration.o
 fuzzable := $(patsubst %,$(build)/test/fuzz/%.o,guard seeds targets)
 $(build)/test/test_hostile: $(fuzzable)
 faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))

@@ -143,9 +143,17 @@ static const bad_file bad_files[] = {
 
     /* plugins and properties */
     {SCENE("<bsdf type=\"difuse\"/>"), "scene.xml:2:1: unknown bsdf plugin 'difuse'; did you mean 'diffuse'?"},
-    {SCENE("<bsdf type=\"plastic\"/>"), "scene.xml:2:1: the bsdf plugin 'plastic' is not supported yet"},
-    {SCENE("<bsdf type=\"zebra\"/>"), "scene.xml:2:1: unknown bsdf plugin 'zebra'"},
-    {SCENE("<shape type=\"cylinder\"/>"), "scene.xml:2:1: the shape plugin 'cylinder' is not supported yet"},
+    {SCENE("<bsdf type=\"plastic\"/>"),
+     "scene.xml:2:1: the bsdf plugin 'plastic' is not supported yet"
+     "; there are diffuse, dielectric, thindielectric, conductor, roughconductor, "
+     "twosided and null"},
+    {SCENE("<bsdf type=\"zebra\"/>"),
+     "scene.xml:2:1: unknown bsdf plugin 'zebra'"
+     "; there are diffuse, dielectric, thindielectric, conductor, roughconductor, "
+     "twosided and null"},
+    {SCENE("<shape type=\"cylinder\"/>"),
+     "scene.xml:2:1: the shape plugin 'cylinder' is not supported yet"
+     "; there are obj, ply, rectangle, cube, sphere and disk"},
     {SCENE("<volume type=\"gridvolume\"/>"), "scene.xml:2:1: the volume plugin 'gridvolume' is not supported yet"},
     {EMITTER("spot", V("float", "intenstiy", "3")),
      "scene.xml:3:3: unknown property 'intenstiy' of spot; did you mean 'intensity'?"},
@@ -228,7 +236,8 @@ static const bad_file bad_files[] = {
      "scene.xml:3:3: the crop of 768 x 576 at (10, 0) leaves the film of 768 x 576"},
     {FILM(V("string", "pixel_format", "xyz")),
      "scene.xml:4:5: property 'pixel_format' of hdrfilm must be rgb or rgba; others are not supported yet"},
-    {FILM("<rfilter type=\"gauss\"/>"), "scene.xml:4:5: unknown rfilter plugin 'gauss'"},
+    {FILM("<rfilter type=\"gauss\"/>"), "scene.xml:4:5: unknown rfilter plugin 'gauss'; there are box, tent, gaussian, "
+                                       "mitchell, catmullrom and lanczos"},
     {FILM("<rfilter type=\"box\">" V("float", "radius", "1") "</rfilter>"),
      "scene.xml:4:25: unknown property 'radius' of box"},
     {SAMPLER("independent", V("integer", "sample_count", "0")),
@@ -256,7 +265,8 @@ static const bad_file bad_files[] = {
      "scene.xml:3:3: property 'indirect' of volpath must be auto, phase, mixture or ray-lights"},
     {SCENE("<integrator type=\"path\"/><integrator type=\"path\"/>"),
      "scene.xml:2:26: a scene has at most one <integrator>"},
-    {SCENE("<integrator type=\"aov\"/>"), "scene.xml:2:1: the integrator plugin 'aov' is not supported yet"},
+    {SCENE("<integrator type=\"aov\"/>"),
+     "scene.xml:2:1: the integrator plugin 'aov' is not supported yet; there are path, volpath, volpathmis and direct"},
 };
 
 static void test_bad_files(void **state) {

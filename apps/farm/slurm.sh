@@ -12,6 +12,7 @@ shift 4
 here=$(dirname "$0")
 case $samples$parts in *[!0-9]*) echo "slurm.sh: SAMPLES and PARTS are numbers" >&2; exit 2 ;; esac
 [ "$parts" -ge 1 ] && [ "$parts" -le "$samples" ] || { echo "slurm.sh: 1 to $samples parts" >&2; exit 2; }
+command -v sbatch >/dev/null || { echo "slurm.sh: no sbatch; this runs where Slurm is installed" >&2; exit 1; }
 mkdir -p "$out.parts"
 # --open-mode: what a part said before it was queued again stays in its log.
 # shellcheck disable=SC2086 # flags are words
