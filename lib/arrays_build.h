@@ -37,6 +37,8 @@ brume_result brume_arrays_environment(const brume_scene *scene, brume_arrays *ar
 brume_result brume_arrays_camera(const brume_scene *scene, const uint32_t crop[4], brume_arrays *arrays);
 brume_result brume_arrays_filter(const brume_scene *scene, brume_arrays *arrays);
 
+/* ---- arrays_memory.c ---- */
+
 /* Zeroed; `what` names the array in the message. A count of 0 gives NULL and success. */
 brume_result brume_arrays_alloc(const brume_scene *scene, const char *what, size_t count, size_t size,
                                 void *out_pointer);

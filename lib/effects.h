@@ -21,7 +21,7 @@ uint32_t brume_beams_meet(const brume_scene *scene, uint32_t *out_shape, uint32_
 /* The code that these effects need (lib/features.c). */
 uint32_t brume_effects_features(uint32_t effects);
 
-/* "emission,lens": the names of a set, separated by commas, as far as they fit. */
+/* "emission,lens": the names of a set, separated by commas, as far as they fit (lib/effects_names.c). */
 void brume_effects_list(uint32_t effects, char *out, size_t size);
 
 /* Those that can be taken away. */

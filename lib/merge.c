@@ -8,6 +8,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "channel.h"
 #include "checkpoint.h"
 #include "film.h"
 #include "picture.h"

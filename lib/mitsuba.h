@@ -50,7 +50,7 @@ typedef enum mitsuba_color {
     MITSUBA_EMISSION     /* >= 0 */
 } mitsuba_color;
 
-/* ---- objects (mitsuba_query.c) ---------------------------------------------------------------------------------- */
+/* ---- reports (mitsuba_report.c) --------------------------------------------------------------------------------- */
 
 /* BRUME_ERROR_SCENE, "file:line:column: ..." at the element. */
 void mitsuba_fail(mitsuba_reader *reader, const xml_node *node, const char *format, ...)
@@ -65,6 +65,8 @@ void mitsuba_keep(mitsuba_reader *reader, const xml_node *node, brume_result res
 void mitsuba_note(mitsuba_reader *reader, const xml_node *node, brume_object kind, uint32_t index);
 /* "file:line:column" of the element, or NULL without memory. */
 const char *mitsuba_where(mitsuba_reader *reader, const xml_node *node);
+
+/* ---- objects (mitsuba_query.c) ---------------------------------------------------------------------------------- */
 
 /* Where the file of that name is (xml_tree_resolve), and what the messages of its reader begin with; NULL after an
  * error. */
@@ -98,9 +100,6 @@ const char *mitsuba_string(mitsuba_object *object, const char *name, const char 
 int mitsuba_vector(mitsuba_object *object, const char *name, double out[3]);
 /* Linear RGB of a number, <rgb> or <spectrum>. Whether it is there; out is untouched otherwise. */
 int mitsuba_rgb(mitsuba_object *object, const char *name, mitsuba_color kind, float out[3]);
-/* The same, or a texture. */
-int mitsuba_rgb_or_texture(mitsuba_object *object, const char *name, mitsuba_color kind, float out[3],
-                           uint32_t *out_texture);
 /* A finite number and nothing else. */
 int mitsuba_parse_number(const mitsuba_reader *reader, const char *text, double *out);
 /* Numbers between commas and spaces: how many there are, -1 if something else is there, max + 1 if too many. */
@@ -135,6 +134,9 @@ const char *mitsuba_nearest_conductor(const char *name);
 
 /* The texels of a picture, to be freed; untouched after an error. */
 void mitsuba_read_picture(mitsuba_object *object, const char *filename, int raw, brume_image *out);
+/* mitsuba_rgb, or a texture. */
+int mitsuba_rgb_or_texture(mitsuba_object *object, const char *name, mitsuba_color kind, float out[3],
+                           uint32_t *out_texture);
 uint32_t mitsuba_read_texture(mitsuba_reader *reader, xml_node *node);
 uint32_t mitsuba_read_bsdf(mitsuba_reader *reader, xml_node *node);
 uint32_t mitsuba_read_medium(mitsuba_reader *reader, xml_node *node);

@@ -82,3 +82,16 @@ uint32_t mitsuba_read_texture(mitsuba_reader *reader, xml_node *node) {
     mitsuba_end(node, id);
     return id;
 }
+
+int mitsuba_rgb_or_texture(mitsuba_object *o, const char *name, mitsuba_color kind, float out[3],
+                           uint32_t *out_texture) {
+    const mitsuba_property *p = mitsuba_find(o, name);
+    if (!p || !p->object) return mitsuba_rgb(o, name, kind, out);
+    if (strcmp(p->object->tag, "texture") != 0) {
+        mitsuba_fail(o->reader, p->node, "property '%s' of %s must be a colour or a <texture>, not a <%s>", name,
+                     o->type, p->object->tag);
+        return 0;
+    }
+    *out_texture = mitsuba_read_texture(o->reader, p->object);
+    return o->reader->result == BRUME_OK;
+}

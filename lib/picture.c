@@ -4,6 +4,7 @@
 #include <string.h>
 
 #include "../cl/shared.h"
+#include "channel.h"
 #include "effects.h"
 #include "image.h"
 #include "picture.h"
@@ -23,45 +24,32 @@ brume_picture_desc brume_picture_desc_default(void) {
 /* One brume_channel read from the film and what its components are called in an EXR. */
 typedef struct layer {
     brume_channel channel;
-    const char *layer; /* NULL: it is none */
-    int size;
     const char *names[3];
     enum { ALWAYS, WITH_ALPHA, LIGHT, WITH_LAYERS, IF_BAD } when; /* LIGHT: in the radiance's format */
 } layer;
 
 static const layer layers[] = {
-    {BRUME_CHANNEL_RADIANCE, NULL, 3, {"R", "G", "B"}, ALWAYS},
-    {BRUME_CHANNEL_ALPHA, NULL, 1, {"A", NULL, NULL}, WITH_ALPHA},
-    {BRUME_CHANNEL_ALBEDO, "albedo", 3, {"albedo.R", "albedo.G", "albedo.B"}, WITH_LAYERS},
-    {BRUME_CHANNEL_NORMAL, "N", 3, {"N.X", "N.Y", "N.Z"}, WITH_LAYERS},
-    {BRUME_CHANNEL_DEPTH, "Z", 1, {"Z", NULL, NULL}, WITH_LAYERS},
-    {BRUME_CHANNEL_ERROR, "variance", 3, {"variance.R", "variance.G", "variance.B"}, WITH_LAYERS},
-    {BRUME_CHANNEL_SAMPLE_COUNT, "sampleCount", 1, {"sampleCount", NULL, NULL}, WITH_LAYERS},
-    {BRUME_CHANNEL_DIRECT, "direct", 3, {"direct.R", "direct.G", "direct.B"}, LIGHT},
-    {BRUME_CHANNEL_INDIRECT, "indirect", 3, {"indirect.R", "indirect.G", "indirect.B"}, LIGHT},
-    {BRUME_CHANNEL_SURFACE, "surface", 3, {"surface.R", "surface.G", "surface.B"}, LIGHT},
-    {BRUME_CHANNEL_VOLUME, "volume", 3, {"volume.R", "volume.G", "volume.B"}, LIGHT},
-    {BRUME_CHANNEL_SEGMENTS, "segments", 1, {"segments", NULL, NULL}, WITH_LAYERS},
+    {BRUME_CHANNEL_RADIANCE, {"R", "G", "B"}, ALWAYS},
+    {BRUME_CHANNEL_ALPHA, {"A", NULL, NULL}, WITH_ALPHA},
+    {BRUME_CHANNEL_ALBEDO, {"albedo.R", "albedo.G", "albedo.B"}, WITH_LAYERS},
+    {BRUME_CHANNEL_NORMAL, {"N.X", "N.Y", "N.Z"}, WITH_LAYERS},
+    {BRUME_CHANNEL_DEPTH, {"Z", NULL, NULL}, WITH_LAYERS},
+    {BRUME_CHANNEL_ERROR, {"variance.R", "variance.G", "variance.B"}, WITH_LAYERS},
+    {BRUME_CHANNEL_SAMPLE_COUNT, {"sampleCount", NULL, NULL}, WITH_LAYERS},
+    {BRUME_CHANNEL_DIRECT, {"direct.R", "direct.G", "direct.B"}, LIGHT},
+    {BRUME_CHANNEL_INDIRECT, {"indirect.R", "indirect.G", "indirect.B"}, LIGHT},
+    {BRUME_CHANNEL_SURFACE, {"surface.R", "surface.G", "surface.B"}, LIGHT},
+    {BRUME_CHANNEL_VOLUME, {"volume.R", "volume.G", "volume.B"}, LIGHT},
+    {BRUME_CHANNEL_SEGMENTS, {"segments", NULL, NULL}, WITH_LAYERS},
     /* written if there are any, or if asked for */
-    {BRUME_CHANNEL_BAD_SAMPLES, "badSamples", 1, {"badSamples", NULL, NULL}, IF_BAD},
+    {BRUME_CHANNEL_BAD_SAMPLES, {"badSamples", NULL, NULL}, IF_BAD},
 };
 enum { LAYER_COUNT = sizeof layers / sizeof layers[0] };
-
-static const layer *layer_of(brume_channel channel) {
-    for (int i = 0; i < LAYER_COUNT; i++)
-        if (layers[i].channel == channel && layers[i].layer) return &layers[i];
-    return NULL;
-}
-
-const char *brume_channel_name(brume_channel channel) {
-    const layer *l = layer_of(channel);
-    return l ? l->layer : NULL;
-}
 
 /* Whether an EXR gets this one. */
 static int is_written(const brume_picture_source *from, const brume_picture_desc *desc, const layer *l) {
     if (l->when == WITH_ALPHA && !from->alpha) return 0;
-    if (l->layer && !(desc->layers >> l->channel & 1)) return 0;
+    if (brume_channel_name(l->channel) && !(desc->layers >> l->channel & 1)) return 0;
     if (l->when == IF_BAD && desc->layers == BRUME_LAYERS_RECORDED && from->stats.bad_samples == 0) return 0;
     return brume_channel_is_recorded(from->recorded, l->channel);
 }
@@ -69,12 +57,11 @@ static int is_written(const brume_picture_source *from, const brume_picture_desc
 static brume_result check_layers(const brume_picture_source *from, const char *path, uint32_t set) {
     for (uint32_t i = 0; i < 32 && set != BRUME_LAYERS_RECORDED; i++) {
         if (!(set >> i & 1)) continue;
-        const layer *l = layer_of((brume_channel)i);
-        if (!l)
+        const char *name = brume_channel_name((brume_channel)i);
+        if (!name)
             return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: channel %u is no layer", path, i);
-        if (!brume_channel_is_recorded(from->recorded, l->channel))
-            return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s",
-                              path, l->layer);
+        if (!brume_channel_is_recorded(from->recorded, (brume_channel)i))
+            return brume_fail(from->context, BRUME_ERROR_ARGUMENT, "%s: this render does not record %s", path, name);
     }
     return BRUME_OK;
 }
@@ -107,14 +94,15 @@ static brume_result write_exr(const brume_picture_source *from, const char *path
     for (int i = 0; i < LAYER_COUNT && result == BRUME_OK; i++) {
         const layer *l = &layers[i];
         if (!is_written(from, desc, l)) continue;
-        size_t floats = pixels * (size_t)l->size;
+        int size = brume_channel_size(l->channel);
+        size_t floats = pixels * (size_t)size;
         data[i] = malloc(floats * sizeof(float));
         if (!data[i])
             result = brume_fail(from->context, BRUME_ERROR_MEMORY, "writing %s: out of memory", path);
         else
             result = from->read(from->of, l->channel, data[i], floats);
-        for (int c = 0; c < l->size && result == BRUME_OK; c++)
-            channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)l->size,
+        for (int c = 0; c < size && result == BRUME_OK; c++)
+            channels[count++] = (brume_exr_channel){l->names[c], data[i] + c, (uint32_t)size,
                                                     l->when < WITH_LAYERS && half};
     }
     static const char *const names[3] = {"denoised.R", "denoised.G", "denoised.B"};

@@ -20,8 +20,4 @@ typedef struct brume_picture_source {
 brume_result brume_picture_write(const brume_picture_source *source, const char *caller, const char *path,
                                  const brume_picture_desc *desc);
 
-/* Floats of a pixel, 0: there is no such channel. And whether a film that records so much has it. (render_read.c) */
-int brume_channel_size(brume_channel channel);
-int brume_channel_is_recorded(uint32_t recorded, brume_channel channel);
-
 #endif

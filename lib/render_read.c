@@ -3,45 +3,10 @@
 
 #include <stdlib.h>
 
-#include "picture.h"
-
-int brume_channel_size(brume_channel channel) {
-    switch (channel) {
-    case BRUME_CHANNEL_RADIANCE:
-    case BRUME_CHANNEL_VARIANCE:
-    case BRUME_CHANNEL_ERROR:
-    case BRUME_CHANNEL_ALBEDO:
-    case BRUME_CHANNEL_DIRECT:
-    case BRUME_CHANNEL_INDIRECT:
-    case BRUME_CHANNEL_SURFACE:
-    case BRUME_CHANNEL_VOLUME:
-    case BRUME_CHANNEL_NORMAL: return 3;
-    case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_SAMPLE_COUNT:
-    case BRUME_CHANNEL_BAD_SAMPLES:
-    case BRUME_CHANNEL_SEGMENTS:
-    case BRUME_CHANNEL_ALPHA: return 1;
-    }
-    return 0;
-}
+#include "channel.h"
 
 uint32_t brume_render_recorded(const brume_render *render) {
     return render->desc.light_layers ? 2 : render->desc.guides != 0;
-}
-
-int brume_channel_is_recorded(uint32_t recorded, brume_channel channel) {
-    switch (channel) {
-    case BRUME_CHANNEL_ALBEDO:
-    case BRUME_CHANNEL_NORMAL:
-    case BRUME_CHANNEL_DEPTH:
-    case BRUME_CHANNEL_ALPHA: return recorded > 0;
-    case BRUME_CHANNEL_DIRECT:
-    case BRUME_CHANNEL_INDIRECT:
-    case BRUME_CHANNEL_SURFACE:
-    case BRUME_CHANNEL_VOLUME:
-    case BRUME_CHANNEL_SEGMENTS: return recorded > 1;
-    default: return 1;
-    }
 }
 
 brume_result brume_render_read(brume_render *render, brume_channel channel, float *out, size_t count) {
