@@ -43,7 +43,7 @@ test: all meshes $(tests) $(build)/fail_launches.so
 stable := $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"stability.h"\|"hazards.h"' test/test_*.c))
 
 ## stability: what must hold at the extremes: case, reference, tolerance, worst error, where
-stability: all meshes $(stable)
+stability: all meshes $(stable) $(build)/test/measure_agreement $(build)/test/measure_difference
 	@sh test/stability.sh $(build) $(sort $(stable))
 
 # ARGS="cached": one of the sessions only

@@ -141,14 +141,12 @@ static glow rounded(glow w) {
 }
 
 /* In standard errors beyond ROUNDING; infinite if anything is negative or no number. */
-static double off_by(const glow *given, double *relative) {
+static double off_as(const brume_render_desc *desc, const glow *given, double *relative, double *precision) {
     const glow w = rounded(*given);
     const double right = expected(&w) / (w.scale * w.scale);
     brume_scene *scene = glow_scene(given);
-    brume_render_desc desc = climb(BRUME_STRATEGY_AUTO, SAMPLES);
     float pixels[PIXELS * PIXELS * 3];
-    desc.generic = 1; /* one program for all */
-    render_pixels(scene, &desc, pixels);
+    render_pixels(scene, desc, pixels);
     brume_scene_destroy(scene);
     for (int i = 0; i < PIXELS * PIXELS * 3; i++)
         if (!(pixels[i] >= 0 && pixels[i] <= 3e38f))
@@ -157,7 +155,15 @@ static double off_by(const glow *given, double *relative) {
     /* Digits go, and then all, where a float's range ends: what fog leaves of the lamp is one. */
     double off = fabs(e.mean[0] - right), beyond = off - ROUNDING * right - fmax(1e-38, 1e-30 * w.intensity);
     *relative = right > 0 ? e.mean[0] / right - 1 : 0;
+    *precision = e.error[0] / right;
     return beyond <= 0 ? 0 : beyond / e.error[0];
+}
+
+static double off_by(const glow *given, double *relative) {
+    brume_render_desc desc = climb(BRUME_STRATEGY_AUTO, SAMPLES);
+    double precision;
+    desc.generic = 1; /* one program for all */
+    return off_as(&desc, given, relative, &precision);
 }
 
 static void every_two_extremes(void **state) {
@@ -188,6 +194,43 @@ static void every_two_extremes(void **state) {
                   "standard errors", MOST_ERRORS, worst, "%s", where);
 }
 
+/* Every way to find the light of a lamp beside the ray, whatever the phase function. The plainest finds none at all. */
+static double strategy_off_by(brume_strategy strategy, double g, double *relative) {
+    const glow w = {0.5, 0.9, g, 60, 40, 1, 0.1, 2, 1, 1};
+    brume_render_desc desc = climb(strategy, 256);
+    double precision;
+    desc.generic = 1;
+    desc.lanes = 1; /* builds sooner */
+    double off = off_as(&desc, &w, relative, &precision);
+    print_message("%-17s g %5g: %+.2e, standard error %.1e: %.2f\n", brume_strategy_name(strategy), g, *relative,
+                  precision, off);
+    if (!(precision < 0.01))
+        fail_msg("%s, g %g: a standard error of %.2g says too little", brume_strategy_name(strategy), g, precision);
+    return off;
+}
+
+static void every_strategy(void **state) {
+    static const double gs[] = {-0.9, 0, 0.9, 0.99};
+    (void)state;
+    NEEDS_DEVICE();
+    for (int k = BRUME_STRATEGY_DISTANCE; brume_strategy_name((brume_strategy)k); k++) {
+        double worst = -1, where = 0, relative;
+        char name[64];
+        for (int i = 0; i < 4; i++) {
+            double off = strategy_off_by((brume_strategy)k, gs[i], &relative);
+            where = off > worst ? gs[i] : where;
+            worst = fmax(worst, off);
+        }
+        snprintf(name, sizeof name, "a spot in fog by strategy %s", brume_strategy_name((brume_strategy)k));
+        stability_row("extreme", name, "quadrature in double", "standard errors", MOST_ERRORS, worst,
+                      "of g -0.9, 0, 0.9, 0.99: %g", where);
+    }
+    planted_bug("scatter_point.h", "real density = g.D /", "real density = R(0.98) * g.D /");
+    double relative, wrong = strategy_off_by(BRUME_STRATEGY_EQUIANGULAR, 0, &relative);
+    planted_remove();
+    assert_true(wrong > MOST_ERRORS);
+}
+
 static void planted_errors_are_noticed(void **state) {
     static const struct { const char *file, *right, *wrong; glow w; } plants[] = {
         {"beam.h", "s = phase_g < R(0) ? -s : s;", "", {0.5, 0.5, -0.5, 20, 0, 1, 0, 1, 1, 1}},
@@ -211,6 +254,7 @@ static void planted_errors_are_noticed(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(every_two_extremes),
+        cmocka_unit_test(every_strategy),
         cmocka_unit_test(planted_errors_are_noticed),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);

@@ -1,5 +1,6 @@
-/* test_extreme_places.c -- lamps in odd places (at the camera, on a surface, in a ball, in another medium) and walls of
- * any size, without noise: against reflectance / pi * intensity * cosine / distance^2.
+/* test_extreme_places.c -- lamps in odd places (at the camera, on its ray, on a surface, in a ball, in another medium)
+ * and walls of any size, without noise: against reflectance / pi * intensity * cosine / distance^2, in fog against
+ * integrals along the ray.
  */
 #include <stdarg.h>
 #include <stddef.h>
@@ -100,12 +101,77 @@ static void lamp_in_another_medium(void **state) {
     hold("lamp in another medium", look(scene), 1, 5, exp(-0.75));
 }
 
+/* Fog that scatters once only: it is seen from near_clip on. In this much of it, 1e-12 per unit, nothing is attenuated,
+ * and rays of light, which start at the camera, have 1e21 times the length of their distance from its ray. */
+#define THIN 1e-12f
+#define NEAR 0.01f
+
+static estimate fog_around_the_camera(uint64_t *bad) {
+    brume_scene *scene = new_scene(6, 16);
+    brume_sensor_desc sensor = brume_sensor_desc_default();
+    brume_render_desc desc = climb(BRUME_STRATEGY_AUTO, 16);
+    brume_render *render;
+    brume_render_stats stats;
+    float pixels[PIXELS * PIXELS * 3];
+    view_matrix(&along_z, sensor.to_world);
+    sensor.fov = NARROW;
+    sensor.near_clip = NEAR;
+    sensor.far_clip = 1e16f;
+    sensor.medium = add_medium(scene, THIN, 0.5, 0, 0);
+    must(brume_scene_set_sensor(scene, &sensor));
+    add_point(scene, 0, 0, 0);
+    must(brume_render_create(device, scene, &desc, &render));
+    must(brume_render_run(render, NULL, NULL));
+    must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, pixels, PIXELS * PIXELS * 3));
+    must(brume_render_get_stats(render, &stats));
+    *bad = stats.bad_samples;
+    brume_render_destroy(render);
+    brume_scene_destroy(scene);
+    return estimate_of(pixels);
+}
+
+static void lamp_at_the_camera_in_the_thinnest_fog(void **state) {
+    const double right = 0.5 * THIN / (4 * PI) / NEAR;
+    uint64_t bad;
+    (void)state;
+    NEEDS_DEVICE();
+    estimate e = fog_around_the_camera(&bad);
+    stability_row("extreme", "lamp at the camera, in fog of 1e-12", "closed form", "standard errors", 5,
+                  bad ? (double)INFINITY : fmax(fabs(e.mean[1] - right) - TOLERANCE * right, 0) / e.error[1], "%.7g",
+                  e.mean[1]);
+    assert_true(e.error[1] < 0.01 * right);
+    planted_bug("path_indirect.h", "a > R(1e18)", "a > R(1e38)");
+    fog_around_the_camera(&bad);
+    planted_remove();
+    print_message("with squares beyond a float's range: %u samples lost\n", (unsigned)bad);
+    assert_true(bad > 0);
+}
+
+/* sigma / (4 pi) e^sigma (E2(2 sigma) - E2(6 sigma) / 3) for albedo 1: the lamp stands a unit behind the camera, the
+ * wall two before it. By quadrature in 20 digits. */
+static void lamp_on_the_ray(void **state) {
+    const view v = along_z;
+    brume_scene *scene = new_scene(2, 64);
+    const double right = 0.00950867936371;
+    (void)state;
+    NEEDS_DEVICE();
+    set_camera(scene, &v, add_medium(scene, 0.5, 1, 0, 0));
+    add_point(scene, 0, 0, -1);
+    add_wall(scene, 2, 1, 0);
+    estimate e = render(scene);
+    stability_row("extreme", "lamp on the ray, behind the camera", "integral in 20 digits", "standard errors", 5,
+                  fmax(fabs(e.mean[1] - right) - TOLERANCE * right, 0) / e.error[1], "%.7g", e.mean[1]);
+    assert_true(e.error[1] < 1e-3 * right);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamp_at_the_camera_before_walls_of_any_size),
         cmocka_unit_test(lamp_on_a_surface),
         cmocka_unit_test(lamp_in_a_ball),
         cmocka_unit_test(lamp_in_another_medium),
+        cmocka_unit_test(lamp_at_the_camera_in_the_thinnest_fog),
+        cmocka_unit_test(lamp_on_the_ray),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }

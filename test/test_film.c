@@ -28,6 +28,18 @@ static const char text[] =
     "    film_store(&f);\n"
     "}\n";
 
+/* The sums behind VARIANCE and the guides. */
+static const char plain[] =
+    "#include \"film.h\"\n"
+    "__kernel void test(__global const LANE_REAL *table, __global const uint *range, __global float *planes) {\n"
+    "    film f;\n"
+    "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n"
+    "    film_load(&f);\n"
+    "    for (uint i = range[0]; i < range[1]; i++)\n"
+    "        film_add_plain(&f, 0, LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n"
+    "    film_store(&f);\n"
+    "}\n";
+
 /* What the pixels get, again and again: constants, of which most rounding errors have one sign; exponentially
  * distributed, with fireflies, of both signs, of all magnitudes. */
 static void fill(double table[TABLE][PIXEL_COUNT]) {
@@ -97,6 +109,21 @@ static void ten_million_samples(void **state) {
     assert_true(naive > 1e-3);
 }
 
+/* Each addition rounds by up to 2^-24 of the sum so far. */
+static void ten_million_samples_in_plain_sums(void **state) {
+    (void)state;
+    static double table[TABLE][PIXEL_COUNT];
+    double got[PIXEL_COUNT];
+    int where = 0;
+    if (!device_test_offers(BRUME_PRECISION_FLOAT)) skip();
+    fill(table);
+    add_up(plain, BRUME_PRECISION_FLOAT, table, 0, TABLE * ROUNDS, got);
+    double worst = worst_of(table, got, &where);
+    stability_row("film", "10^7 squares or guides of a pixel, plain sums", "exact sum", "of the sum of |x|",
+                  (double)TABLE * ROUNDS * 0x1p-24, worst, "pixel %d of the test", where);
+    assert_true(worst > 1e-3); /* which is why the radiance's are others */
+}
+
 /* Films of parts of the samples, added up in different orders. */
 static void parts_in_any_order(void **state) {
     (void)state;
@@ -158,6 +185,7 @@ static int teardown(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ten_million_samples),
+        cmocka_unit_test(ten_million_samples_in_plain_sums),
         cmocka_unit_test(parts_in_any_order),
         cmocka_unit_test(a_pixel_of_one_radiance),
     };
