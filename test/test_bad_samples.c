@@ -293,7 +293,8 @@ static void found_by_their_bits(void **state) {
                 for (int i = 0; i < 16; i++) {
                     double quotient = a[i] / b[i];
                     if (loaded[i] != !isfinite(a[i]) || computed[i] != !isfinite(quotient))
-                        fail_msg("%s, %u lanes: %g / %g: %u, %u", options[k], lanes, a[i], b[i], loaded[i], computed[i]);
+                        fail_msg("%s, %u lanes: %g / %g: %u, %u", options[k], lanes, a[i], b[i], loaded[i],
+                                 computed[i]);
                 }
             }
 }
