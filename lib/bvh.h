@@ -15,7 +15,8 @@ typedef struct brume_bvh {
 } brume_bvh;
 
 /* positions: world space, 3 floats a vertex, finite. All arrays stay the caller's. With as many threads as the system
- * has processors, where there are enough primitives; at the peak 120 bytes a primitive are in use, at most 200. */
+ * has processors, where there are 32768 primitives or more. At the peak some 120 bytes a primitive are in use besides
+ * these arrays, of which 55 stay (measured on meshes of 100 k to 10 M triangles: `make bench-build`). */
 brume_result brume_bvh_build(brume_context *context, const float *positions, const b_triangle *triangles,
                              uint32_t triangle_count, const b_quadric *quadrics, uint32_t quadric_count,
                              brume_bvh *out);
