@@ -68,7 +68,7 @@ FN void intersect_block(__global const b_triangle_block *block, const ray *r, re
     wide v = wide_difference(ax, cy, ay, cx);
     wide w = wide_difference(bx, ay, by, ax);
     wide low = wmin(u, wmin(v, w)), high = wmax(u, wmax(v, w)), det = u + v + w;
-    wide_mask inside = ((low >= (wide)0) | (high <= (wide)0)) & (det != (wide)0);
+    wide_mask inside = ((low >= (wide)0) | (high <= (wide)0)) & (det != (wide)0) & wide_unlike(block->prim, r->own);
     out->set = wide_set(inside);
     if (out->set == 0) return;
 

@@ -156,6 +156,7 @@ FN void path_turn(const scene *s, path *p, const vertex *v, real t, mask through
     p->t_max = through ? p->t_max - t : FAR_AWAY;
     p->travelled = p->travelled + t;
     p->o = vselect(on_surface, offset_origin(v->p, v->ng, d), v->p);
+    p->own = v->own;
     p->d = d;
     p->from = vselect(turns, v->p, p->from);
     p->pdf = turns ? pdf : p->pdf;
@@ -173,7 +174,7 @@ FN void path_step(const scene *s, path *p) {
     ireal max_depth = I(s->params->max_depth);
     mask looking = p->alive & p->first;
     if (HAS(LIGHT_LAYERS)) p->layers.segments = p->alive ? p->layers.segments + R(1) : p->layers.segments;
-    hit h = closest(&s->geometry, p->o, p->d, R(0), p->t_max, p->alive);
+    hit h = closest_from(&s->geometry, p->o, p->d, R(0), p->t_max, p->own, p->alive);
     mask met = h.prim >= I(0);
     real t = h.t;
     trace_segment(s, p);
@@ -201,6 +202,7 @@ FN void path_step(const scene *s, path *p) {
     v.b = bsdf_of(s, GATHER_INT(s->shapes, bsdf, at.shape), v.wo, at.u, at.v, looked_at);
     v.p = vselect(scatters, vmad(p->d, t, p->o), at.p);
     v.ng = at.ng;
+    v.own = scatters ? I(-1) : h.prim;
     v.shape = at.shape;
     v.g = m.g;
     mask null = HAS(NULL) ? v.b.kind == I(BSDF_NULL) : FALSE_MASK;

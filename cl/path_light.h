@@ -19,6 +19,7 @@
 typedef struct {
     vec p;             /* what leaves a surface starts at an offset from it, see vertex_origin */
     vec ng;
+    ireal own;         /* the triangle or quadric that it lies on, -1 in a medium */
     ireal shape;
     shading_frame frame;
     bsdf b;
@@ -50,8 +51,8 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     rgb value = cscale(cmul(f, a.irradiance), R(1) / lmax(share, R(1e-30)));
     live = live & !is_black(value);
     if (!ANY(live)) return;
-    rgb seen = visibility(s, vertex_origin(v, a.wi), a.wi, a.distance * SHORT_OF_LIGHT, vertex_medium(s, p, v, a.wi),
-                          live);
+    rgb seen = visibility_from(s, vertex_origin(v, a.wi), a.wi, a.distance * SHORT_OF_LIGHT,
+                               vertex_medium(s, p, v, a.wi), v->own, live);
     path_add(p, live, cmul(value, seen), v->in_medium, 1);
 }
 
@@ -85,7 +86,8 @@ FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u
     real length = lmax(vlength(to), R(1e-18));
     mask far = e.distance >= FAR_AWAY;
     vec d = vselect(far, e.wi, vscale(to, R(1) / length));
-    rgb seen = visibility(s, origin, d, far ? FAR_AWAY : length * SHORT_OF_LIGHT, vertex_medium(s, p, v, d), live);
+    real reach = far ? FAR_AWAY : length * SHORT_OF_LIGHT;
+    rgb seen = visibility_from(s, origin, d, reach, vertex_medium(s, p, v, d), v->own, live);
     path_add(p, live, cmul(value, seen), v->in_medium, 1);
 }
 

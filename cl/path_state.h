@@ -20,6 +20,7 @@ typedef struct {
 
 typedef struct {
     vec o, d;
+    ireal own;         /* the triangle or quadric that o lies on, -1 for none */
     real t_max;        /* the segment ends here at the latest */
     rgb throughput, radiance;
     real sign;         /* of the reconstruction filter at the sample */
@@ -81,7 +82,7 @@ FN path path_none(void) {
     p.o = p.d = p.from = vmake(R(0), R(0), R(1));
     p.t_max = p.sign = p.eta = p.pdf = p.travelled = R(0);
     p.throughput = p.radiance = cgrey(R(0));
-    p.medium = I(-1);
+    p.medium = p.own = I(-1);
     p.depth = p.segments = I(0);
     p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
     if (INDIRECT_IS_RAYS) p.light = light_ray_none();
@@ -108,6 +109,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
                                    unit(lens.x), unit(lens.y));
     p.o = ray.o;
     p.d = ray.d;
+    p.own = I(-1);
     p.t_max = ray.t_max;
     p.throughput = cgrey(R(s->params->max_depth > 0 ? 1 : 0));
     p.radiance = cgrey(R(0));
@@ -134,6 +136,7 @@ FN path path_select(mask m, path a, path b) {
     path p;
     p.o = vselect(m, a.o, b.o);
     p.d = vselect(m, a.d, b.d);
+    p.own = m ? a.own : b.own;
     p.t_max = m ? a.t_max : b.t_max;
     p.throughput = cselect(m, a.throughput, b.throughput);
     p.radiance = cselect(m, a.radiance, b.radiance);

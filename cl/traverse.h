@@ -38,11 +38,12 @@ typedef struct {
 #if BVH_PACKET
 
 /* The nearest surface with tmin < t < tmax for the living lanes, tmin >= 0. d need not be unit: t counts in its
- * lengths. */
-FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+ * lengths. `own`: the triangle that a ray has been moved off to the side that it goes to (offset_origin), -1 for none:
+ * it lies in a plane, which such a ray leaves, and need not be tested at the cost of twice the precision. */
+FN hit closest_from(const geometry *g, vec o, vec d, real tmin, real tmax, ireal own, mask live) {
     rays all;
     packet_best best;
-    rays_store(&all, o, d, tmin, tmax, live);
+    rays_store(&all, o, d, tmin, tmax, own, live);
     best.t.all = tmax;
     best.u.all = R(0);
     best.v.all = R(0);
@@ -56,20 +57,20 @@ FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live)
     return h;
 }
 
-/* Whether closest() would find something, null surfaces included. */
-FN mask occluded(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+/* Whether closest_from() would find something, null surfaces included. */
+FN mask occluded_from(const geometry *g, vec o, vec d, real tmin, real tmax, ireal own, mask live) {
     rays all;
-    rays_store(&all, o, d, tmin, tmax, live);
+    rays_store(&all, o, d, tmin, tmax, own, live);
     return packet_occluded(g, &all);
 }
 
 #else
 
-FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+FN hit closest_from(const geometry *g, vec o, vec d, real tmin, real tmax, ireal own, mask live) {
     rays all;
     lanes_of_real t, u, v;
     lanes_of_ireal prim;
-    rays_store(&all, o, d, tmin, tmax, live);
+    rays_store(&all, o, d, tmin, tmax, own, live);
     t.all = tmax;
     u.all = R(0);
     v.all = R(0);
@@ -92,10 +93,10 @@ FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live)
     return h;
 }
 
-FN mask occluded(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+FN mask occluded_from(const geometry *g, vec o, vec d, real tmin, real tmax, ireal own, mask live) {
     rays all;
     lanes_of_ireal found;
-    rays_store(&all, o, d, tmin, tmax, live);
+    rays_store(&all, o, d, tmin, tmax, own, live);
     found.all = I(0);
     for (int k = 0; k < LANES; k++) {
         if (!all.live.one[k]) continue;
@@ -106,5 +107,14 @@ FN mask occluded(const geometry *g, vec o, vec d, real tmin, real tmax, mask liv
 }
 
 #endif
+
+/* Of rays that start anywhere. */
+FN hit closest(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+    return closest_from(g, o, d, tmin, tmax, I(-1), live);
+}
+
+FN mask occluded(const geometry *g, vec o, vec d, real tmin, real tmax, mask live) {
+    return occluded_from(g, o, d, tmin, tmax, I(-1), live);
+}
 
 #endif

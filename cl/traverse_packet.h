@@ -74,7 +74,7 @@ FN const ray *packet_ray(packet *p, int k) {
         d[a] = p->all->d[a].one[k];
         inverse[a] = p->inverse[a].one[k];
     }
-    ray_place(r, o, d, inverse, p->all->tmin.one[k]);
+    ray_place(r, o, d, inverse, p->all->tmin.one[k], (int)p->all->own.one[k]);
     r->sx = p->sx.one[k];
     r->sy = p->sy.one[k];
     r->sz = p->sz.one[k];
@@ -176,6 +176,7 @@ FN mask packet_triangle(__global const b_triangle_block *block, int k, packet *p
     real v = difference_of_products(a.x, c.y, a.y, c.x);
     real w = difference_of_products(b.x, a.y, b.y, a.x);
     real low = lmin(u, lmin(v, w)), high = lmax(u, lmax(v, w)), det = u + v + w;
+    active = active & (I(block->prim[k]) != p->all->own.all);
     mask inside = active & ((low >= R(0)) | (high <= R(0))) & (det != R(0));
     if (!ANY(inside)) return FALSE_MASK;
 

@@ -55,7 +55,8 @@ typedef struct {
 #define ENTRY_CHILD(e) ((int)(uint)(e))
 
 /* All but the shear; returns the axis of the direction's largest component. */
-FN int ray_place(ray *r, const real1 *o, const real1 *d, const real1 *inverse, real1 tmin) {
+FN int ray_place(ray *r, const real1 *o, const real1 *d, const real1 *inverse, real1 tmin, int own) {
+    r->own = own;
     for (int a = 0; a < 3; a++) {
         r->o[a] = o[a];
         r->d[a] = d[a];
@@ -76,12 +77,12 @@ FN int ray_place(ray *r, const real1 *o, const real1 *d, const real1 *inverse, r
     return z;
 }
 
-FN ray ray_make(const real1 *o, const real1 *d, real1 tmin) {
+FN ray ray_make(const real1 *o, const real1 *d, real1 tmin, int own) {
     ray r;
     real1 inverse[3];
     for (int a = 0; a < 3; a++)
         inverse[a] = 1 / (fabs(d[a]) < TINY_DIRECTION ? copysign(TINY_DIRECTION, d[a]) : d[a]);
-    int z = ray_place(&r, o, d, inverse, tmin), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
+    int z = ray_place(&r, o, d, inverse, tmin, own), x = z == 2 ? 0 : z + 1, y = x == 2 ? 0 : x + 1;
     r.sx = d[x] / d[z];
     r.sy = d[y] / d[z];
     r.sz = 1 / d[z];
@@ -211,10 +212,11 @@ WALK int walk_occluded(const geometry *g, const ray *r, int child, real1 tmax) {
 /* The lanes of a ray as memory, for loops that take one after the other. */
 typedef struct {
     lanes_of_real o[3], d[3], tmin, tmax;
-    lanes_of_ireal live;
+    lanes_of_ireal live, own;
 } rays;
 
-FN void rays_store(rays *r, vec o, vec d, real tmin, real tmax, mask live) {
+FN void rays_store(rays *r, vec o, vec d, real tmin, real tmax, ireal own, mask live) {
+    r->own.all = own;
     r->o[0].all = o.x;
     r->o[1].all = o.y;
     r->o[2].all = o.z;
@@ -234,7 +236,7 @@ FN ray rays_take(const rays *r, int k) {
         o[a] = r->o[a].one[k];
         d[a] = r->d[a].one[k];
     }
-    return ray_make(o, d, r->tmin.one[k]);
+    return ray_make(o, d, r->tmin.one[k], (int)r->own.one[k]);
 }
 
 #endif

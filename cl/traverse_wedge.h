@@ -146,7 +146,7 @@ FN ray wedge_ray(const wedge *w, const wedge_positions *p, int k, real1 *distanc
         d[a] = -out / length;
     }
     *distance = length * (1 - WEDGE_NEAR);
-    return ray_make(o, d, 0);
+    return ray_make(o, d, 0, -1);
 }
 
 /* A sphere about the lamp: its centre in the plane's axes, and |centre|^2 - radius^2 in twice the precision. */

@@ -20,8 +20,9 @@ FN ireal medium_beyond(const scene *s, ireal shape, vec ng, vec d, ireal current
     return boundary ? (entering ? inside : outside) : current;
 }
 
-/* Transmittance from p along the unit direction d over `distance`, starting in medium `inside`; 0 where occluded. */
-FN rgb visibility(const scene *s, vec p, vec d, real distance, ireal inside, mask live) {
+/* Transmittance from p along the unit direction d over `distance`, starting in medium `inside` and on the triangle
+ * `own` (as of closest_from); 0 where occluded. */
+FN rgb visibility_from(const scene *s, vec p, vec d, real distance, ireal inside, ireal own, mask live) {
     rgb t = cselect(live, cgrey(R(1)), cgrey(R(0)));
     if (!HAS(NULL)) {
         if (HAS(MEDIA) && ANY(live & (inside >= I(0)))) {
@@ -30,13 +31,13 @@ FN rgb visibility(const scene *s, vec p, vec d, real distance, ireal inside, mas
             live = live & !is_black(t);
         }
         if (ANY(live)) {
-            mask dark = occluded(&s->geometry, p, d, R(0), distance, live);
+            mask dark = occluded_from(&s->geometry, p, d, R(0), distance, own, live);
             t = cselect(live & !dark, t, cgrey(R(0)));
         }
         return t;
     }
     for (int crossed = 0; crossed < MAX_BOUNDARIES && ANY(live); crossed++) {
-        hit h = closest(&s->geometry, p, d, R(0), distance, live);
+        hit h = closest_from(&s->geometry, p, d, R(0), distance, own, live);
         mask met = live & (h.prim >= I(0));
         if (HAS(MEDIA) && ANY(live & (inside >= I(0)))) {
             medium m = medium_of(s, inside);
@@ -50,11 +51,17 @@ FN rgb visibility(const scene *s, vec p, vec d, real distance, ireal inside, mas
         t = cselect(met & !passes, cgrey(R(0)), t);
         live = live & passes;
         inside = live ? medium_beyond(s, at.shape, at.ng, d, inside) : inside;
+        own = live ? h.prim : own;
         p = vselect(live, offset_origin(at.p, at.ng, d), p);
         distance = live ? distance - h.t : distance;
         live = live & (distance > R(0));
     }
     return cselect(live, cgrey(R(0)), t);
+}
+
+/* From a point of no surface. */
+FN rgb visibility(const scene *s, vec p, vec d, real distance, ireal inside, mask live) {
+    return visibility_from(s, p, d, distance, inside, I(-1), live);
 }
 
 #endif

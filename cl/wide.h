@@ -14,6 +14,13 @@ typedef int8 wide_mask;
 FN wide wide_load(__global const float *row) { return vload8(0, row); }
 #endif
 
+/* Which of a row of eight are not x. */
+#ifdef BRUME_DOUBLE
+FN wide_mask wide_unlike(__global const int *row, int x) { return convert_long8(vload8(0, row) != (int8)x); }
+#else
+FN wide_mask wide_unlike(__global const int *row, int x) { return vload8(0, row) != (int8)x; }
+#endif
+
 typedef union { wide all; real1 one[8]; } lanes_of_wide;
 
 /* Ternaries, not fmin and fmax, whose rules for NaN cost 3 to 9 %. The second argument is returned where one is NaN. */
@@ -42,6 +49,7 @@ typedef struct {
     real1 sx, sy, sz; /* shear */
     real1 d[3];
     real1 tmin;
+    int own; /* the triangle that it starts on, which it can't meet again; -1 for none */
 } ray;
 
 /* Hits among eight triangles: `set` as in wide.h, and per triangle the distance and the weights of v1 and v2 times

@@ -138,6 +138,45 @@ static void test_ties(void **state) {
     test_mesh_free(&mesh);
 }
 
+/* The same rays, from triangle 3. */
+static const char own_text[] =
+    "#include \"traverse.h\"\n"
+    "#define closest(g, o, d, low, high, live) closest_from(g, o, d, low, high, I(3), live)\n"
+    "#define occluded(g, o, d, low, high, live) occluded_from(g, o, d, low, high, I(3), live)\n" RAY_KERNEL;
+
+/* The triangle that a ray starts on is not there for it; others are. Rays meet 3 first, then the lowest of several at
+ * one place, and the last few of them nothing but 3. */
+static void test_own(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    test_mesh mesh = test_mesh_soup(40, 0, 0, 41);
+    for (int i = 0; i < 40; i++) {
+        float z = i == 3 ? 1 : i < 6 ? 0 : -1, size = i == 3 ? 4 : 1;
+        float p[9] = {-size, -size, z, size, -size, z, 0, size, z};
+        memcpy(mesh.positions + 9 * i, p, sizeof p);
+    }
+    brume_bvh bvh = ray_batch_build(&mesh);
+    for (uint32_t lanes = 1; lanes <= 16; lanes *= lanes == 1 ? 4 : 2) {
+        for (int few = 0; few < 2; few++) { /* lanes that go together, lanes that go alone */
+            ray_batch b = ray_batch_make(64);
+            for (uint32_t i = 0; i < 64; i++) {
+                ray_batch_set(&b, i, (vec3){i < 48 ? 0.005 * i - 0.1 : 2, i < 48 ? 0 : -2, 2}, (vec3){0, 0, -1});
+                if (few && i % 8) b.range[i] = -1;
+            }
+            ray_batch_trace(ray_text, &mesh, &bvh, lanes, BRUME_PRECISION_FLOAT, &b);
+            for (int i = 0; i < 64; i += few ? 8 : 1) assert_int_equal(b.prim[i], 3);
+            ray_batch_trace(own_text, &mesh, &bvh, lanes, BRUME_PRECISION_FLOAT, &b);
+            for (int i = 0; i < 64; i += few ? 8 : 1) {
+                assert_int_equal(b.prim[i], i < 48 ? 0 : -1);
+                assert_int_equal(b.dark[i], i < 48);
+            }
+            ray_batch_free(&b);
+        }
+    }
+    brume_bvh_free(&bvh);
+    test_mesh_free(&mesh);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(test_soup),
@@ -145,6 +184,7 @@ int main(void) {
         cmocka_unit_test(test_terrain),
         cmocka_unit_test(test_slivers),
         cmocka_unit_test(test_ties),
+        cmocka_unit_test(test_own),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
 }
