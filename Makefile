@@ -45,6 +45,9 @@ flags.threads := -O1 -g -fsanitize=thread
 flags.fuzz := $(flags.sanitize) -fsanitize=fuzzer-no-link
 flags.coverage := -O0 -g --coverage
 
+$(if $(filter release debug sanitize threads fuzz coverage,$(config)),,\
+    $(error config=$(config): there are release, debug, sanitize, threads, fuzz and coverage))
+
 warnings := -Wall -Wextra -Wshadow -Wpointer-arith -Wvla
 code.linux := -fPIC -fvisibility=hidden
 code.macos := -fPIC -fvisibility=hidden

@@ -192,6 +192,18 @@ int cli_spelling_distance(const char *a, size_t a_length, const char *b)
     return d[a_length][b_length];
 }
 
+/* The first of them may be a command, misspelt. */
+static int two_scenes(const char *first, const char *second)
+{
+    for (int i = CLI_RENDER; i < CLI_COMMAND_COUNT; i++)
+        if (cli_spelling_distance(first, strlen(first), cli_commands[i].name) <= 2) {
+            cli_error("unknown command %s; did you mean %s?", first, cli_commands[i].name);
+            return CLI_EXIT_USAGE;
+        }
+    cli_error("more than one scene: %s and %s", first, second);
+    return CLI_EXIT_USAGE;
+}
+
 static int unknown_option(const char *name, size_t length)
 {
     int best = -1, best_distance = 4;
@@ -293,8 +305,7 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
                 continue;
             }
             if (options->scene) {
-                cli_error("more than one scene: %s and %s", options->scene, argument);
-                return CLI_EXIT_USAGE;
+                return two_scenes(options->scene, argument);
             }
             options->scene = argument;
             if (cli_replay_add(options, NULL, argument))
@@ -360,7 +371,9 @@ int cli_options_parse(cli_options *options, int argc, char **argv)
     if (options->command == CLI_MERGE)
         return 0;
     if (!options->scene || !*options->scene) {
-        cli_error("no scene; usage: render-cli SCENE.xml [-o FILE]... [options], or --help");
+        cli_error("no scene; usage: render-cli %s%sSCENE.xml [-o FILE] [options], or --help",
+                  options->command == CLI_RENDER ? "" : cli_commands[options->command].name,
+                  options->command == CLI_RENDER ? "" : " ");
         return CLI_EXIT_USAGE;
     }
     if (options->command == CLI_STUDY && !options->study.folder)

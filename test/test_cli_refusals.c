@@ -19,8 +19,11 @@ static void usage_errors(void **state)
 {
     (void)state;
     static const struct { const char *line, *part; } cases[] = {
-        {"", "no scene"},
-        {"a.xml b.xml", "more than one scene"},
+        {"", "no scene; usage: render-cli SCENE.xml"},
+        {"study", "no scene; usage: render-cli study SCENE.xml"},
+        {"efects a.xml", "unknown command efects; did you mean effects?"},
+        {"sutdy a.xml", "did you mean study?"},
+        {"a.xml b.xml", "more than one scene: a.xml and b.xml"},
         {"a.xml --sppp 4", "did you mean --spp?"},
         {"a.xml --expsoure=1", "did you mean --exposure?"},
         {"a.xml --zzz", "unknown option --zzz"},
