@@ -55,6 +55,7 @@ FN real film_precision(real x) {
 #endif
 }
 
+/* A sum of n samples is off by at most n 2^-24 of that of their absolute values. */
 FN void film_add_plain(film *f, int plane, real x, mask m) {
     f->values[plane] = m ? film_precision(f->values[plane] + x) : f->values[plane];
 }
