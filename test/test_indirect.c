@@ -8,9 +8,9 @@
  *
  * Cases with steep phase functions stop at the orders whose estimates are near enough to normal: at a mean cosine of
  * 0.99 a few in a million paths make most of what scatters three times.
- * Rays of light past a point at -0.9 are the least normal of them: a pixel may come out 25 times too bright, and a render
- * without such a pixel some of its standard errors too dark (3.9 here; over eight other seeds the mean is 4 % off, 2
- * standard errors of it).
+ * Rays of light past a point at -0.9 are the least normal of them: a pixel may come out 25 times too bright, and a
+ * render without such a pixel some of its standard errors too dark (3.9 here; over eight other seeds the mean is 4 %
+ * off, 2 standard errors of it).
  */
 #include <stdarg.h>
 #include <stddef.h>
