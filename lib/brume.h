@@ -753,8 +753,8 @@ BRUME_API brume_merge_desc brume_merge_desc_default(void);
  * samples radiance differs by one unit in the last place, now and then; what is summed in plain float (guides, alpha,
  * variance) by as much as its sums round, at most n 2^-24 of the largest of n samples. Fails with
  * BRUME_ERROR_CHECKPOINT, naming the files, if they are of different scenes or settings, hold the same sample twice,
- * or leave some out: files that are missing, or were not rendered to their end. desc may be NULL: the defaults. *out is
- * the caller's to destroy. */
+ * or leave some out: files that are missing, or were not rendered to their end; and for what is no such file, as what
+ * brume_merged_write has written. desc may be NULL: the defaults. *out is the caller's to destroy. */
 BRUME_API brume_result brume_merge(brume_context *context, const char *const *paths, size_t count,
                                    const brume_merge_desc *desc, brume_merged **out);
 BRUME_API void brume_merged_destroy(brume_merged *merged);

@@ -55,6 +55,13 @@ static void test_a_saved_render_survives(void **state) {
     if (!has_device) skip();
     sweep s = {0};
     sweep_some(SESSION_SAVED, &s);
+    /* What goes into the file, and what comes from it. */
+    const cl_function moves[2] = {CL_ENQUEUE_READ_BUFFER, CL_ENQUEUE_WRITE_BUFFER};
+    for (int i = 0; i < 2; i++)
+        for (unsigned n = 2; n <= session_calls(SESSION_SAVED, moves[i], 0); n += 6) {
+            const cl_fault fault = {moves[i], 0, n, CL_OUT_OF_RESOURCES, CL_FAILS};
+            sweep_one(SESSION_SAVED, &fault, &s);
+        }
     expect_nothing_lost(&s, 40);
 }
 
