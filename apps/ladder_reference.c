@@ -68,6 +68,10 @@ static int render(const ladder *l, const brume_scene *scene, ladder_reference *o
     for (uint32_t i = 0; i < 2 && !code; i++)
         code = ladder_shoot(l, scene, &o->reference, REFERENCE_SEED + i, o->reference_spp / 2,
                             o->reference_seconds / 2, i == 0 ? out->png : NULL, &halves[i]);
+    if (!code && (halves[0].samples < 1 || halves[1].samples < 1)) {
+        ladder_error("the reference: not one sample per pixel in %g s", o->reference_seconds);
+        code = LADDER_EXIT_RUNTIME;
+    }
     if (!code) {
         size_t count = halves[0].pixel_count;
         out->pixel_count = count;

@@ -87,6 +87,7 @@ FN void finish_paths(film *f, const path *p, real most, __global uint *bad, irea
  *
  * LAUNCH_PILOT: looks along one camera ray of each pixel, writes the plan, and adds nothing to the film.
  * LAUNCH_ADAPTIVE: of those pixels whose slots the schedule holds, LANES to a group; below 0 stands for none.
+ * LAUNCH_CHOSEN: they have more error than others; the plan is taken accordingly.
  *
  * A call, because PoCL makes three functions of a kernel (with and without work-group loops), each with the kernel's
  * whole body inlined: the machine code was generated three times over. */
@@ -116,6 +117,7 @@ CALL void render_tile(SCENE_PARAMETERS, __global float *planes, __global uint *b
     s.plan_stride = f.slots;
     s.plan_slot = slot;
     s.is_pilot = (launch & LAUNCH_PILOT) != 0;
+    s.is_chosen = (launch & LAUNCH_CHOSEN) != 0;
 
     film_load(&f);
     ireal started = I(0);

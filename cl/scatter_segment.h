@@ -208,10 +208,13 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     real sigma = grey_extinction(&at->m);
     int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
-    mask plain = controlled | (way == I(PLAN_ONE)); /* equiangular: a table would not pay */
+    /* A pixel that is chosen for its error has an edge in it that the pilot's ray missed. */
+    mask dark_by_plan = way == I(PLAN_ONE);
+    mask plain = s->is_chosen ? controlled : controlled | dark_by_plan; /* equiangular: a table would not pay */
     if (STRATEGY == STRATEGY_AUTO && !s->is_pilot) {
         mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
-        ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : l->met ? I(4) : I(2); /* measured by make ladder */
+        /* Measured by make ladder. Where dark_by_plan counts, it is of a chosen pixel. */
+        ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : (l->met | dark_by_plan) ? I(4) : I(2);
         count = (several & (way != I(PLAN_RASTER)) & (rays < count)) ? rays : count;
     }
     count = plain ? I(1) : count;

@@ -25,6 +25,7 @@ typedef struct {
     size_t plan_stride;    /* from lamp to lamp */
     ireal plan_slot;       /* of each lane's pixel */
     int is_pilot;          /* writes the plan; else reads it */
+    int is_chosen;         /* renders pixels that were chosen for their error */
 #ifdef TRACE
     __global b_trace_vertex *trace;
 #endif
@@ -70,7 +71,8 @@ typedef struct {
     s.plan = NULL;                              \
     s.plan_stride = 0;                          \
     s.plan_slot = I(0);                         \
-    s.is_pilot = 0
+    s.is_pilot = 0;                             \
+    s.is_chosen = 0
 
 /* Farther than anything in a scene, near enough that its square is finite in float. */
 #define FAR_AWAY R(1e18)

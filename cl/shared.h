@@ -331,12 +331,13 @@ SIZE_IS(b_params, 336);
 #define PLAN_RAYS_2 3   /* some points, a shadow ray each */
 #define PLAN_RAYS_4 4
 #define PLAN_RAYS_8 5
-#define PLAN_ONE 6      /* one point: all is hidden */
+#define PLAN_ONE 6      /* one point: all is hidden; four where samples were placed for what the pilot overlooked */
 #define PILOT_SAMPLE 0xfffffff0u /* its index: no other sample has it */
 
 /* What a launch of the kernel does besides rendering the same samples of every pixel of some tiles: bits. */
 #define LAUNCH_PILOT 1
 #define LAUNCH_ADAPTIVE 2
+#define LAUNCH_CHOSEN 4 /* the pixels were chosen for their error */
 
 /* What a path did on one segment and at its end, written by a program built with -DTRACE (trace.h). */
 #define TRACE_ROOM 4096  /* vertices: MAX_SEGMENTS of path.h */

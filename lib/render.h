@@ -68,6 +68,7 @@ struct brume_render {
     uint32_t *done, *ends;
     brume_allocation *allocation; /* made of the latest estimate */
     cl_mem schedule;
+    int replays_chosen; /* a traced sample is one that adaptive sampling may have placed */
 
     brume_error_estimate estimate;
     brume_error_result error; /* by the latest estimate */
@@ -92,6 +93,9 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
 brume_result brume_render_create_buffers(brume_render *render, const brume_arrays *arrays);
 
 /* ---- render_launch.c: the kernel's launches, and the film read back ---- */
+
+/* LAUNCH_CHOSEN, for samples that adaptive sampling places. */
+cl_uint brume_render_chosen(const brume_render *render);
 
 /* Renders `samples` samples from sample `first` on of `groups` tiles from `group` on, and waits. mode: LAUNCH_ bits. */
 cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
@@ -154,6 +158,9 @@ void brume_render_world_to_ndc(const brume_render *render, float out[16]);
 
 /* Whether there is a target error, a time limit, or freedom to give some pixels more samples than others. */
 int brume_goal_exists(const brume_render *render);
+
+/* Whether such a render may place this sample of a pixel, counted from its first. */
+int brume_goal_may_choose(const brume_render_desc *desc, uint32_t sample);
 
 /* Looks at the film after a pass that brought pixels to `samples` samples: the estimate of its error. */
 brume_result brume_goal_look(brume_render *render, uint32_t samples);

@@ -25,12 +25,16 @@ enum {
 
 static int is_power_of_two(uint32_t n) { return (n & (n - 1)) == 0; }
 
-int brume_goal_exists(const brume_render *r) {
-    return r->desc.noise_threshold > 0 || r->desc.time_limit > 0 || r->desc.adaptive == BRUME_ADAPTIVE_ON;
+static int has_goal(const brume_render_desc *d) {
+    return d->noise_threshold > 0 || d->time_limit > 0 || d->adaptive == BRUME_ADAPTIVE_ON;
 }
 
-static int may_adapt(const brume_render *r) {
-    return r->desc.adaptive != BRUME_ADAPTIVE_OFF && brume_goal_exists(r);
+int brume_goal_exists(const brume_render *r) { return has_goal(&r->desc); }
+
+static int may_adapt(const brume_render_desc *d) { return d->adaptive != BRUME_ADAPTIVE_OFF && has_goal(d); }
+
+int brume_goal_may_choose(const brume_render_desc *d, uint32_t sample) {
+    return may_adapt(d) && sample >= FIRST_STAGE;
 }
 
 /* The film's mean and sample count, malloc'ed. */
@@ -71,7 +75,7 @@ brume_result brume_goal_look(brume_render *r, uint32_t samples) {
         /* Within an adaptive stage most pixels are as they were. */
         r->looked = !r->ends || r->samples_done >= r->stage_end;
         if (r->looked) result = estimate(r, count);
-        if (result == BRUME_OK && may_adapt(r) && r->looked && r->error.known) {
+        if (result == BRUME_OK && may_adapt(&r->desc) && r->looked && r->error.known) {
             brume_allocation_free(r->allocation);
             r->allocation = brume_allocation_create(&r->estimate, brume_predict_order(r), MOST_SAMPLES);
             if (!r->allocation)
@@ -184,7 +188,7 @@ brume_result brume_goal_next_stage(brume_render *r, double seconds) {
         r->finished = 1;
         return BRUME_OK;
     }
-    if (!r->ends && !reached && is_power_of_two(r->samples_done) && r->error.known && may_adapt(r) && r->allocation) {
+    if (!r->ends && !reached && is_power_of_two(r->samples_done) && r->error.known && may_adapt(&r->desc) && r->allocation) {
         double adapted, uniform;
         if (d->noise_threshold > 0) {
             adapted = brume_predict_samples(r, d->noise_threshold);

@@ -46,6 +46,8 @@ cl_int *brume_render_make_schedule(brume_render *r, size_t *size) {
     return schedule;
 }
 
+cl_uint brume_render_chosen(const brume_render *r) { return r->ends || r->replays_chosen ? LAUNCH_CHOSEN : 0; }
+
 brume_result brume_render_read_planes(brume_render *render, size_t planes, float **out) {
     brume_context *context = render->device->context;
     size_t size = planes * brume_film_slot_count(&render->layout) * sizeof(float);

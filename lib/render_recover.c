@@ -96,7 +96,7 @@ static cl_int launch_listed(const survey *s, const cl_int *slots, size_t units, 
     for (size_t unit = 0; unit < units && code == CL_SUCCESS; unit += *failed) {
         *failed = units - unit < most ? units - unit : most;
         code = brume_render_launch_units(r, unit, *failed, r->desc.first_sample + r->samples_done, r->pass.samples,
-                                         LAUNCH_ADAPTIVE);
+                                         LAUNCH_ADAPTIVE | brume_render_chosen(r));
     }
     cl_int restored = clSetKernelArg(r->program.kernel, BRUME_KERNEL_BUFFERS - 1, sizeof r->schedule, &r->schedule);
     clReleaseMemObject(list);
@@ -136,7 +136,8 @@ static brume_result launch_missing(const survey *s) {
         for (next = unit + 1; next < end && next - unit < most && (look_at_unit(s, next) == ABSENT) == missing;) next++;
         if (!missing) continue;
         cl_int code = brume_render_launch_units(r, unit, next - unit, r->desc.first_sample + r->samples_done,
-                                                r->pass.samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+                                                r->pass.samples,
+                                                (r->ends ? LAUNCH_ADAPTIVE : 0) | brume_render_chosen(r));
         if (code == CL_SUCCESS) continue;
         if (brume_render_shrink_launches(r, (uint32_t)((next - unit) / s->units), code)) return BRUME_OK;
         return brume_fail_cl(r->device->context, code, "going on after a failure");

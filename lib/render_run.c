@@ -159,7 +159,7 @@ static brume_result run_launch(brume_render *r, const run *now) {
     uint32_t groups = launch_size(r, r->pass.samples, r->pass.groups - r->pass.groups_done);
     double before = brume_seconds();
     cl_int code = brume_render_launch(r, r->pass.groups_done, groups, r->desc.first_sample + r->samples_done,
-                                      r->pass.samples, r->ends ? LAUNCH_ADAPTIVE : 0);
+                                      r->pass.samples, (r->ends ? LAUNCH_ADAPTIVE : 0) | brume_render_chosen(r));
     if (code != CL_SUCCESS) {
         r->pass.doubtful = groups;
         r->pass.doubtful_lanes = r->program.lanes;

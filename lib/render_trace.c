@@ -87,6 +87,7 @@ brume_result brume_sample_trace(brume_device *device, const brume_scene *scene, 
     desc.quick_start = 0;
     brume_render *render;
     BRUME_TRY(brume_render_make(device, scene, &desc, 1, &render));
+    if (given) render->replays_chosen = brume_goal_may_choose(given, sample - given->first_sample);
     brume_result result = brume_render_run(render, NULL, NULL);
     if (result == BRUME_OK) result = read_trace(render, out);
     brume_render_destroy(render);
