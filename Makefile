@@ -57,9 +57,9 @@ common := $(flags.$(config)) $(code.$(platform)) -MMD -MP $(warnings)
 CFLAGS_all := -std=c99 -D_POSIX_C_SOURCE=200809L -Wmissing-prototypes -Wstrict-prototypes $(common) $(CFLAGS)
 CXXFLAGS_all := -std=c++17 $(common) $(CXXFLAGS)
 link_flags := $(flags.$(config)) $(LDFLAGS)
-libs.linux := -lOpenCL -lOpenEXRCore -lexpat -lz -lstdc++ -lm -lpthread -ldl
-libs.macos := -framework OpenCL -lOpenEXRCore -lexpat -lz -lc++
-libs.windows := -lOpenCL -lOpenEXRCore -lexpat -lz -lstdc++ -lm -lws2_32
+libs.linux := -lOpenCL -lOpenEXRCore -lexpat -ljpeg -lz -lstdc++ -lm -lpthread -ldl
+libs.macos := -framework OpenCL -lOpenEXRCore -lexpat -ljpeg -lz -lc++
+libs.windows := -lOpenCL -lOpenEXRCore -lexpat -ljpeg -lz -lstdc++ -lm -lws2_32
 libs := $(libs.$(platform))
 
 # The operating system behind one file: lib/platform.h, apps/platform.h.

@@ -727,8 +727,9 @@ BRUME_API brume_picture_desc brume_picture_desc_default(void);
  * short. Fails with BRUME_ERROR_OUTPUT, BRUME_ERROR_DEVICE if the film can't be read, and BRUME_ERROR_DENOISER. */
 BRUME_API brume_result brume_render_write(brume_render *render, const char *path, const brume_picture_desc *desc);
 
-/* Reads a picture: EXR (channels R, G, B, or Y), PNG, JPEG, HDR. *out_rgb receives height x width x 3 floats of linear
- * RGB, rows from the top, which brume_picture_free releases. A file that can't be read is a BRUME_ERROR_SCENE. */
+/* Reads a picture: EXR (channels R, G, B, or Y), PNG, JPEG (not CMYK), HDR. *out_rgb receives height x width x 3 floats
+ * of linear RGB, rows from the top, which brume_picture_free releases. A file that can't be read is a
+ * BRUME_ERROR_SCENE. */
 BRUME_API brume_result brume_picture_read(brume_context *context, const char *path, uint32_t *out_width,
                                           uint32_t *out_height, float **out_rgb);
 BRUME_API void brume_picture_free(float *rgb);

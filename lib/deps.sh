@@ -17,6 +17,7 @@ pocl-opencl-icd         OpenCL on the CPU, where there is no GPU
 libopenexr-dev          EXR pictures (OpenEXRCore)
 libstb-dev              PNG pictures
 zlib1g-dev              their compression
+libjpeg-dev             JPEG pictures (libjpeg-turbo)
 libtinyobjloader-dev    OBJ meshes
 libexpat1-dev           scene files
 libcmocka-dev           tests

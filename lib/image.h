@@ -9,8 +9,8 @@ typedef struct brume_image {
     float *texels; /* height x width x 3, linear RGB, row 0 at the top; free() */
 } brume_image;
 
-/* PNG (and what else stb_image reads) or EXR, by content. 8-bit data is taken as sRGB unless `raw`. `where` prefixes
- * errors ("file.xml:3:5"), NULL for none. Grey becomes RGB, alpha is dropped. */
+/* PNG (and what else stb_image reads), JPEG or EXR, by content. 8-bit data is taken as sRGB unless `raw`. `where`
+ * prefixes errors ("file.xml:3:5"), NULL for none. Grey becomes RGB, alpha is dropped. */
 brume_result brume_image_read(brume_context *context, const char *path, int raw, const char *where, brume_image *out);
 
 /* One channel of an EXR: `data` is height x width with `stride` floats between pixels. */

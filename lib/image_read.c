@@ -1,4 +1,5 @@
-/* image_read.c -- reading pictures, for scenes and programs: EXR through OpenEXRCore, the rest through stb_image.
+/* image_read.c -- reading pictures, for scenes and programs: EXR through OpenEXRCore, JPEG through
+ * libjpeg, the rest through stb_image.
  *
  * 8 and 16-bit data is decoded by the exact sRGB curve (IEC 61966-2-1) unless taken raw; EXR and HDR are linear.
  */
@@ -10,6 +11,7 @@
 
 #include "image.h"
 #include "image_exr_context.h"
+#include "image_jpeg.h"
 #include "image_stb.h"
 #include "text.h"
 
@@ -23,26 +25,19 @@ static brume_result fail_at(const source *s, brume_result code, const char *what
     return brume_fail(s->context, code, "%s%s%s: %s", s->where ? s->where : "", s->where ? ": " : "", s->path, what);
 }
 
-/* ---- stb ------------------------------------------------------------------------------------------------------- */
+/* ---- bytes and words of RGB ------------------------------------------------------------------------------------ */
 
 static float decode_srgb(double v) {
     return (float)(v <= 0.04045 ? v / 12.92 : pow((v + 0.055) / 1.055, 2.4));
 }
 
-static brume_result read_stb(const source *s, const char *bytes, size_t size, int raw, brume_image *out) {
-    int width, height, bits;
-    const char *why;
-    errno = 0; /* which allocations that fail set, whatever the library makes of them */
-    void *decoded = brume_stb_decode(bytes, size, &width, &height, &bits, &why);
-    if (!decoded && errno == ENOMEM)
-        return fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
-    if (!decoded)
-        return brume_fail(s->context, BRUME_ERROR_SCENE, "%s%s%s: not a readable picture: %s", s->where ? s->where : "",
-                          s->where ? ": " : "", s->path, why);
-    if (width < 1 || height < 1) {
-        free(decoded);
-        return fail_at(s, BRUME_ERROR_SCENE, "the picture has no pixels");
-    }
+static brume_result fail_unreadable(const source *s, const char *why) {
+    return brume_fail(s->context, BRUME_ERROR_SCENE, "%s%s%s: not a readable picture: %s", s->where ? s->where : "",
+                      s->where ? ": " : "", s->path, why);
+}
+
+/* Takes over `decoded`, of `bits` each (BRUME_STB_...). */
+static brume_result finish(const source *s, void *decoded, int width, int height, int bits, int raw, brume_image *out) {
     size_t count = 3 * (size_t)width * (size_t)height;
     float *texels = bits == BRUME_STB_FLOAT ? decoded : malloc(count * sizeof *texels);
     if (!texels) {
@@ -66,6 +61,32 @@ static brume_result read_stb(const source *s, const char *bytes, size_t size, in
     out->height = (uint32_t)height;
     out->texels = texels;
     return BRUME_OK;
+}
+
+static brume_result read_stb(const source *s, const char *bytes, size_t size, int raw, brume_image *out) {
+    int width, height, bits;
+    const char *why;
+    errno = 0; /* which allocations that fail set, whatever the library makes of them */
+    void *decoded = brume_stb_decode(bytes, size, &width, &height, &bits, &why);
+    if (!decoded && errno == ENOMEM)
+        return fail_at(s, BRUME_ERROR_MEMORY, "out of memory");
+    if (!decoded)
+        return fail_unreadable(s, why);
+    if (width < 1 || height < 1) {
+        free(decoded);
+        return fail_at(s, BRUME_ERROR_SCENE, "the picture has no pixels");
+    }
+    return finish(s, decoded, width, height, bits, raw, out);
+}
+
+static brume_result read_jpeg(const source *s, const char *bytes, size_t size, int raw, brume_image *out) {
+    int width, height;
+    unsigned char *decoded;
+    char why[BRUME_JPEG_WHY];
+    brume_result result = brume_jpeg_decode(bytes, size, &width, &height, &decoded, why);
+    if (result == BRUME_ERROR_MEMORY)
+        return fail_at(s, result, "out of memory");
+    return result == BRUME_OK ? finish(s, decoded, width, height, BRUME_STB_8, raw, out) : fail_unreadable(s, why);
 }
 
 /* ---- EXR ------------------------------------------------------------------------------------------------------- */
@@ -258,6 +279,8 @@ brume_result brume_image_read(brume_context *context, const char *path, int raw,
         result = fail_at(&s, BRUME_ERROR_SCENE, "the file is empty");
     else if (size >= sizeof exr_magic && memcmp(bytes, exr_magic, sizeof exr_magic) == 0)
         result = read_exr(&s, size, out);
+    else if (brume_jpeg_is(bytes, size))
+        result = read_jpeg(&s, bytes, size, raw, out);
     else
         result = read_stb(&s, bytes, size, raw, out);
     free(bytes);

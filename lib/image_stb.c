@@ -26,6 +26,8 @@
 #define STB_IMAGE_STATIC
 #define STB_IMAGE_IMPLEMENTATION
 #define STBI_NO_STDIO
+/* image_jpeg.c; stb's reader writes past a table of Huffman codes. */
+#define STBI_NO_JPEG
 /* What nobody takes for textures is not for files from anywhere to reach. */
 #define STBI_NO_PSD
 #define STBI_NO_GIF

@@ -28,7 +28,8 @@ if [ ! -f "$folder/unpacked" ]; then
             -o APT::Architecture=arm64 -o APT::Architectures=arm64 -o Debug::NoLocking=true "$@"
     }
     { arm_apt update && arm_apt --no-install-recommends --download-only install libc6-dev libstdc++6 libgcc-12-dev \
-        pocl-opencl-icd ocl-icd-opencl-dev libopenexr-dev libexpat1-dev zlib1g-dev; } >"$folder/log" 2>&1 ||
+        pocl-opencl-icd ocl-icd-opencl-dev libopenexr-dev libexpat1-dev libjpeg62-turbo-dev \
+        zlib1g-dev; } >"$folder/log" 2>&1 ||
         { tail "$folder/log"; fail "the packages are not to be had"; }
     for package in "$folder"/cache/archives/*.deb; do
         dpkg-deb -x "$package" "$root" || fail "$package"
@@ -60,6 +61,7 @@ fi
 
 libraries=/usr/lib/$cross/lapack:/usr/lib/$cross/blas
 "$make" -s CC=$cross-gcc build="$folder/build" "$folder/build/render-cli" \
+    CFLAGS="-idirafter $(pwd)/$root/usr/include/$cross" \
     LDFLAGS="--sysroot=$(pwd)/$root -Wl,-rpath-link,$(echo ":$libraries" | sed "s|:|:$(pwd)/$root|g; s|^:||")" \
     >"$folder/log" 2>&1 || { tail "$folder/log"; fail "not built"; }
 cp "$folder/build/render-cli" "$root/tmp/"

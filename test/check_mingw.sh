@@ -1,8 +1,8 @@
 # check_mingw.sh BUILD MAKE -- the library and render-cli compiled for Windows by MinGW-w64, with warnings as errors,
 # linked to a DLL and a program, and these started under Wine if that is there; test_platform runs there, too.
 #
-# Debian has no OpenCL, OpenEXR, expat or zlib for MinGW. Their headers are this system's, and the functions are stubs
-# made here that return 0: what is checked is our own code, down to the names it asks for. Nothing is rendered.
+# Debian has no OpenCL, OpenEXR, expat, libjpeg or zlib for MinGW. Their headers are this system's, and the functions
+# are stubs made here that return 0: what is checked is our own code, down to the names it asks for. Nothing is rendered.
 build=$1 make=$2
 folder=$build/mingw
 cross=x86_64-w64-mingw32
@@ -16,9 +16,14 @@ fail() {
 mkdir -p "$folder/include" "$folder/lib" || exit 1
 
 # Of this system's headers those, and nothing else: the C library's would be taken for Windows'.
-for header in CL stb OpenEXR Imath tiny_obj_loader.h expat.h expat_external.h zlib.h zconf.h; do
+for header in CL stb OpenEXR Imath tiny_obj_loader.h expat.h expat_external.h zlib.h zconf.h jpeglib.h jmorecfg.h \
+    jerror.h; do
     [ -e /usr/include/$header ] || fail "no /usr/include/$header"
     ln -sfn /usr/include/$header "$folder/include/$header"
+done
+# libjpeg's settings differ between machines, and are where these are told apart.
+for header in /usr/include/jconfig.h /usr/include/$(gcc -print-multiarch)/jconfig.h; do
+    [ ! -e "$header" ] || ln -sfn "$header" "$folder/include/jconfig.h"
 done
 
 include=$(pwd)/$folder/include
@@ -28,12 +33,12 @@ build_cross() {
 }
 build_cross "$folder/libbrume.a"
 
-# What it asks of the four libraries.
-names=$($cross-nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|compress2\|compressBound\|crc32\|XML_.*\)$/\1/p' | sort -u)
+# What it asks of the five libraries.
+names=$($cross-nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|compress2\|compressBound\|crc32\|jpeg_[a-zA-Z_]*\|XML_.*\)$/\1/p' | sort -u)
 [ "$(echo "$names" | wc -l)" -gt 40 ] || fail "few functions of other libraries are asked for"
 for name in $names; do echo "int $name(void); int $name(void) { return 0; }"; done >"$folder/stubs.c"
 $cross-gcc -c -o "$folder/stubs.o" "$folder/stubs.c" || exit 1
-for library in OpenCL OpenEXRCore expat z; do
+for library in OpenCL OpenEXRCore expat jpeg z; do
     rm -f "$folder/lib/lib$library.a"
     $cross-ar rcs "$folder/lib/lib$library.a" "$folder/stubs.o" || exit 1
 done

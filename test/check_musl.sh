@@ -11,9 +11,13 @@ fail() {
     exit 1
 }
 mkdir -p "$folder/include" || exit 1
-for header in CL stb OpenEXR Imath expat.h expat_external.h zlib.h zconf.h; do
+for header in CL stb OpenEXR Imath expat.h expat_external.h zlib.h zconf.h jpeglib.h jmorecfg.h jerror.h; do
     [ -e /usr/include/$header ] || fail "no /usr/include/$header"
     ln -sfn /usr/include/$header "$folder/include/$header"
+done
+# libjpeg's settings differ between machines, and are where these are told apart.
+for header in /usr/include/jconfig.h /usr/include/$(gcc -print-multiarch)/jconfig.h; do
+    [ ! -e "$header" ] || ln -sfn "$header" "$folder/include/jconfig.h"
 done
 
 # objects FOLDER: what its C files become here; programs of one file, and the other system's part, left out.
@@ -29,7 +33,7 @@ programs="$(objects apps) $folder/apps/cli.o"
 
 rm -f "$folder/libbrume.a" "$folder/libapps.a"
 ar rcs "$folder/libbrume.a" $library && ar rcs "$folder/libapps.a" $programs || exit 1
-names=$(nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|compress2\|compressBound\|crc32\|XML_.*\|brume_mesh_read_obj\)$/\1/p' | sort -u)
+names=$(nm -u "$folder/libbrume.a" | sed -n 's/^ *U \(cl[A-Z].*\|exr_.*\|compress2\|compressBound\|crc32\|jpeg_[a-zA-Z_]*\|XML_.*\|brume_mesh_read_obj\)$/\1/p' | sort -u)
 [ "$(echo "$names" | wc -l)" -gt 40 ] || fail "few functions of other libraries are asked for"
 for name in $names; do echo "int $name(void); int $name(void) { return 0; }"; done >"$folder/stubs.c"
 musl-gcc -static -o "$folder/render-cli" "$folder/apps/cli.o" "$folder/libapps.a" "$folder/libbrume.a" "$folder/stubs.c" \

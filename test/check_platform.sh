@@ -5,7 +5,7 @@
 # leaves of comments and strings. Errors planted into a copy of one file are to be found, too.
 compiler=$1
 allowed='assert ctype emmintrin errno float inttypes limits locale math setjmp signal stdarg stdbool stddef stdint stdio stdlib
-string time CL/cl OpenEXR/openexr stb/stb_image stb/stb_image_write expat zlib'
+string time CL/cl OpenEXR/openexr stb/stb_image stb/stb_image_write expat jerror jpeglib zlib'
 # C++ headers have no dot; tiny_obj_loader is its only other one.
 refused='access alarm asprintf basename bind chdir chmod chown clock_getres clock_gettime close closedir connect dirname
 dirfd dlclose dlerror dlopen dlsym dprintf dup dup2 execl execlp execv execve execvp faccessat fchmod fcntl fdatasync

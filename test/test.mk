@@ -30,7 +30,7 @@ $(build)/test/header_cxx.o: test/header_cxx.cc | $(first)
 $(build)/test/test_ladder $(build)/test/test_study_figures: $(judging)
 $(build)/test/test_headers: $(build)/test/header_cxx.o
 $(build)/test/test_cli_duration: $(build)/apps/cli_duration.o
-fuzzable := $(patsubst %,$(build)/test/fuzz/%.o,guard seeds targets)
+fuzzable := $(patsubst %,$(build)/test/%.o,fuzz/guard fuzz/seeds fuzz/targets jpeg_file)
 $(build)/test/test_hostile: $(fuzzable)
 faulty := $(patsubst test/%.c,$(build)/test/%.o,$(wildcard test/faults/*.c))
 $(patsubst test/%.c,$(build)/test/%,$(shell grep -l '"faults/' $(test_programs))): $(faulty)

@@ -5,6 +5,7 @@
 #include <string.h>
 #include <sys/stat.h>
 
+#include "../jpeg_file.h"
 #include "checkpoint_state.h"
 #include "image.h"
 #include "targets.h"
@@ -90,6 +91,22 @@ static int write_pictures(const char *folder) {
     return done && brume_png_write(NULL, path, WIDTH, HEIGHT, rgb, 0, BRUME_TONEMAP_NONE, "a comment") == BRUME_OK;
 }
 
+static int write_jpegs(const char *folder) {
+    enum { WIDTH = 9, HEIGHT = 18 };
+    static const struct { const char *name; jpeg_kind kind; } kinds[] = {
+        {"rgb.jpg", {3, 80, 0, 1, 0}}, {"progressive.jpg", {3, 80, 1, 0, 0}}, {"grey.jpg", {1, 80, 2, 0, 0}}};
+    unsigned char pixels[3 * WIDTH * HEIGHT];
+    for (int i = 0; i < 3 * WIDTH * HEIGHT; i++) pixels[i] = (unsigned char)(i * 7 % 11 * 22);
+    for (size_t i = 0; i < sizeof kinds / sizeof kinds[0]; i++) {
+        size_t size;
+        unsigned char *bytes = jpeg_write(&kinds[i].kind, WIDTH, HEIGHT, pixels, &size);
+        int done = bytes && write_seed(folder, "picture", kinds[i].name, bytes, size);
+        free(bytes);
+        if (!done) return 0;
+    }
+    return 1;
+}
+
 enum { SAVED_WIDTH = 3, SAVED_HEIGHT = 2, SAVED = SAVED_WIDTH * SAVED_HEIGHT };
 
 static int append_state(brume_checkpoint_writer *writer, brume_error_estimate *e) {
@@ -165,6 +182,6 @@ int fuzz_write_seeds(const char *folder) {
         if (!write_seed(folder, texts[i].target, texts[i].name, texts[i].text, strlen(texts[i].text))) return 0;
     return write_seed(folder, "ply", "binary", binary_ply, sizeof binary_ply - 1) &&
            write_seed(folder, "picture", "plain.hdr", hdr, sizeof hdr - 1) && write_pictures(folder) &&
-           write_checkpoint(folder, "small", 0, 0) && write_checkpoint(folder, "adaptive", 1, 1) &&
-           write_checkpoint(folder, "too many groups", 1, 3);
+           write_jpegs(folder) && write_checkpoint(folder, "small", 0, 0) &&
+           write_checkpoint(folder, "adaptive", 1, 1) && write_checkpoint(folder, "too many groups", 1, 3);
 }
