@@ -65,7 +65,9 @@ export WINEPREFIX=$(pwd)/$folder/wine WINEDEBUG=-all WINEPATH="$(dirname "$($cro
 on_windows() { timeout 300 "$wine" "$@" </dev/null 2>"$folder/err" | tr -d '\r'; }
 rm -rf "$folder"/test_platform-*
 on_windows "$folder/test_platform.exe" >"$folder/out"
-[ "$(grep -c ': ok$' "$folder/out")" -eq 11 ] || { cat "$folder/out" "$folder/err"; fail "test_platform fails under Wine"; }
+# All of its tests but those that are not Windows'.
+tests=$(sed '/#ifndef _WIN32/,/#endif/d' test/test_platform.c | grep -c 'cmocka_unit_test(')
+[ "$(grep -c ': ok$' "$folder/out")" -eq "$tests" ] || { cat "$folder/out" "$folder/err"; fail "test_platform fails under Wine"; }
 [ "$(on_windows "$folder/render-cli.exe" --version)" = "$("$build/render-cli" --version)" ] ||
     { cat "$folder/err"; fail "render-cli --version under Wine says something else"; }
 [ "$(on_windows "$folder/render-cli.exe" --help)" = "$("$build/render-cli" --help)" ] || fail "render-cli --help differs"

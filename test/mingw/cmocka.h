@@ -12,6 +12,7 @@ struct CMUnitTest {
     void (*run)(void **state);
 };
 
+#define print_message printf
 #define cmocka_unit_test(function) {#function, function}
 #define assert_true(holds) \
     ((holds) ? (void)0 : (printf("%s:%d: not true: %s\n", __FILE__, __LINE__, #holds), fflush(stdout), exit(1)))
