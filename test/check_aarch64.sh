@@ -18,7 +18,8 @@ done
 
 # ---- the ARM system ----
 
-if [ ! -f "$folder/unpacked" ]; then
+# Also where an earlier check did without libjpeg.
+if [ ! -f "$folder/unpacked" ] || [ ! -f "$root/usr/include/$cross/jconfig.h" ]; then
     rm -rf "$folder"
     mkdir -p "$folder/state/lists/partial" "$folder/cache/archives/partial" "$root/tmp" || exit 1
     : >"$folder/status"

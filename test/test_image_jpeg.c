@@ -210,6 +210,19 @@ static void test_unsupported(void **state) {
     free(bytes);
 }
 
+/* What fuzzing has found: stb wrote past its table of codes. It took FF before the first marker, libjpeg does not. */
+static void test_found(void **state) {
+    (void)state;
+    static const char *const found[][2] = {
+        {"test/fuzz/found/picture/jpeg-codes-behind-ff", "not a readable picture: unknown image type"},
+        {"test/fuzz/found/picture/jpeg-too-many-codes", "not a readable picture: Bogus Huffman table definition"}};
+    for (int i = 0; i < 2; i++) {
+        brume_image image;
+        assert_int_equal(brume_image_read(context, found[i][0], 0, NULL, &image), BRUME_ERROR_SCENE);
+        assert_non_null(strstr(brume_context_message(context), found[i][1]));
+    }
+}
+
 /* The bound on pixels lets the emptiest pictures pass: two scans of grey take little more than a bit for a block. */
 static void test_nothing_in_it(void **state) {
     (void)state;
@@ -300,8 +313,9 @@ static void test_memory(void **state) {
 
 int main(void) {
     const struct CMUnitTest tests[] = {
-        FRESH(test_known_pictures), FRESH(test_srgb),          FRESH(test_cut_off), FRESH(test_damaged),
-        FRESH(test_unsupported),    FRESH(test_nothing_in_it), FRESH(test_scans),   FRESH(test_memory),
+        FRESH(test_known_pictures), FRESH(test_srgb),  FRESH(test_cut_off),       FRESH(test_damaged),
+        FRESH(test_unsupported),    FRESH(test_found), FRESH(test_nothing_in_it), FRESH(test_scans),
+        FRESH(test_memory),
     };
     return cmocka_run_group_tests(tests, open_images, close_images);
 }
