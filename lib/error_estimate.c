@@ -32,12 +32,15 @@ void brume_error_estimate_free(brume_error_estimate *e) {
     free(e->last);
     free(e->before);
     free(e->level);
+    free(e->weights);
     memset(e, 0, sizeof *e);
 }
 
 void brume_error_estimate_update(brume_error_estimate *e, const float *mean, const float *count, int level) {
     size_t pixels = (size_t)e->width * e->height;
     float samples = ldexpf(1, level);
+    free(e->weights);
+    e->weights = NULL;
     for (size_t i = 0; i < pixels; i++) {
         /* Dropped samples (NaN) leave a pixel a few short of it. */
         if (count[i] > samples || count[i] <= 0.5f * samples) continue;
@@ -163,7 +166,7 @@ static double variance_of(const brume_error_estimate *e, double last, double bef
     return e->independent ? 0.5 * (last + before / ratio) / (ratio - 1) : last / (ratio - 1);
 }
 
-brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, const float *count) {
+brume_error_result brume_error_estimate_picture(brume_error_estimate *e, const float *count) {
     brume_error_result r = {0};
     level_sums s;
     size_t pixels = (size_t)e->width * e->height;
@@ -171,7 +174,7 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
     size_t behind = 0;
     for (size_t i = 0; i < pixels; i++) behind += e->level[i] < FIRST_LEVEL;
     if (behind > pixels / 100) return r;
-    float *weights = brume_error_estimate_weights(e);
+    const float *weights = brume_error_estimate_weights(e);
     r.no_memory = !weights;
     if (!weights) return r;
     find_orders(e, weights, &s);
@@ -205,7 +208,6 @@ brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, c
         influences += influence;
         squares += influence * influence;
     }
-    free(weights);
     double n = (double)pixels, variance = squares - influences * influences / n;
     double deviation = sum > 0 && variance > 0 ? sqrt(variance + doubts * doubts) / sum : 0;
     deviation = fmax(deviation, 1 / sqrt(n)); /* a few pixels know nothing of their own spread */

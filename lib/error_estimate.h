@@ -31,6 +31,7 @@ typedef struct brume_error_estimate {
     float *last;    /* (I_n - I_{n/2})^2 per channel, n = 2^level */
     float *before;  /* the same at n / 2 */
     uint8_t *level; /* per pixel */
+    float *weights; /* brume_error_estimate_weights, of what is here; NULL: nobody has asked yet */
     int independent; /* the sampler is: p = 1 is known */
 } brume_error_estimate;
 
@@ -53,7 +54,7 @@ void brume_error_estimate_free(brume_error_estimate *e);
 void brume_error_estimate_update(brume_error_estimate *e, const float *mean, const float *count, int level);
 
 /* The error of the picture whose pixels hold `count` samples: at least the 2^level that the estimate knows of. */
-brume_error_result brume_error_estimate_picture(const brume_error_estimate *e, const float *count);
+brume_error_result brume_error_estimate_picture(brume_error_estimate *e, const float *count);
 
 /* Per pixel and channel the variance of its mean: from the differences in the 5 x 5 pixels around it.
  * 0 without memory. */
@@ -63,8 +64,8 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
  * 1 / (R^2 + 0.01 mean(R)^2). R^2 is the product of the means of a pixel's two halves, averaged over those of the 5 x 5
  * pixels around it that differ from it by no more than their noise. A pixel's own square would be large where its error
  * is: with 8 to 32 samples beams had an error of up to eight times what that said, of a dark pixel at their edge that
- * the light has met once. malloc'ed, NULL without memory. */
-float *brume_error_estimate_weights(const brume_error_estimate *e);
+ * the light has met once. Computed once after an update, in several threads; the estimate's. NULL without memory. */
+const float *brume_error_estimate_weights(brume_error_estimate *e);
 
 /* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without
  * memory. */

@@ -10,8 +10,14 @@
 #include <stdlib.h>
 
 #include "error_estimate.h"
+#include "parallel.h"
+#include "platform.h"
 
-enum { RADIUS = 2 };
+enum {
+    RADIUS = 2,
+    PIECE_LINES = 8,     /* for one thread at a time */
+    WORTH_THREADS = 8192 /* pixels; fewer are done before a thread has started */
+};
 
 static uint32_t line_first(uint32_t i) { return i < RADIUS ? 0 : i - RADIUS; }
 
@@ -74,8 +80,10 @@ static void find_squares(const brume_error_estimate *e, const float *variance, d
             apart *= apart;
             double weight = (there == here ? OWN : 1) / (both * (1 + apart * apart));
             sum += weight;
-            for (size_t c = 0; c < 3; c++)
-                squares[c] += weight * fmax((double)mean[c] * mean[c] - (1 - DIFFERENCE_KEPT) * last[c], 0);
+            for (size_t c = 0; c < 3; c++) {
+                double product = (double)mean[c] * mean[c] - (1 - DIFFERENCE_KEPT) * last[c];
+                squares[c] += product > 0 ? weight * product : 0; /* fmax would be a call */
+            }
         }
     for (size_t c = 0; c < 3; c++) squares[c] = sum > 0 ? squares[c] / sum : 0;
 }
@@ -89,26 +97,50 @@ static void find_variances(const brume_error_estimate *e, const float *sums, con
     }
 }
 
-float *brume_error_estimate_weights(const brume_error_estimate *e) {
+/* Weights of some lines. */
+typedef struct piece_of_work {
+    const brume_error_estimate *e;
+    const float *variance;
+    double floor;
+    float *out;
+} piece_of_work;
+
+static void find_weights(void *user, uint32_t piece) {
+    const piece_of_work *w = user;
+    uint32_t width = w->e->width, end = (piece + 1) * PIECE_LINES;
+    if (end > w->e->height) end = w->e->height;
+    for (uint32_t y = piece * PIECE_LINES; y < end; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            double squares[3];
+            float *out = w->out + 3 * ((size_t)y * width + x);
+            find_squares(w->e, w->variance, fmax(0.03 * w->floor, 1e-300), x, y, squares);
+            for (size_t c = 0; c < 3; c++) {
+                double square = squares[c] + w->floor;
+                out[c] = square > 0 ? (float)(1 / square) : 0;
+            }
+        }
+}
+
+const float *brume_error_estimate_weights(brume_error_estimate *e) {
     size_t pixels = (size_t)e->width * e->height, values = 3 * pixels;
+    if (e->weights) return e->weights;
     float *weights = malloc(values * sizeof *weights), *sums = malloc(values * sizeof *sums);
     float *variance = malloc(values * sizeof *variance), *inside = malloc(pixels * sizeof *inside);
     int done = weights && sums && variance && inside && brume_box_sums(e->last, e->width, e->height, sums, inside);
     double total = 0;
     for (size_t i = 0; i < values && done; i++) total += e->mean[i];
-    double all = total / (double)values, floor = 0.01 * all * all;
-    if (done) find_variances(e, sums, inside, variance);
-    for (uint32_t y = 0; y < e->height && done; y++)
-        for (uint32_t x = 0; x < e->width; x++) {
-            double squares[3];
-            float *out = weights + 3 * ((size_t)y * e->width + x);
-            find_squares(e, variance, fmax(0.03 * floor, 1e-300), x, y, squares);
-            for (size_t c = 0; c < 3; c++) out[c] = squares[c] + floor > 0 ? (float)(1 / (squares[c] + floor)) : 0;
-        }
+    double all = total / (double)values;
+    if (done) {
+        find_variances(e, sums, inside, variance);
+        piece_of_work work = {e, variance, 0.01 * all * all, weights};
+        brume_parallel(pixels < WORTH_THREADS ? 1 : brume_processors(), (e->height + PIECE_LINES - 1) / PIECE_LINES,
+                       find_weights, &work);
+        e->weights = weights;
+    } else {
+        free(weights);
+    }
     free(sums);
     free(variance);
     free(inside);
-    if (done) return weights;
-    free(weights);
-    return NULL;
+    return e->weights;
 }

@@ -38,11 +38,11 @@ static void free_errors(pixel_errors *p) {
     free(p->alone);
 }
 
-static int find_errors(const brume_error_estimate *e, double order, pixel_errors *out) {
+static int find_errors(brume_error_estimate *e, double order, pixel_errors *out) {
     size_t pixels = (size_t)e->width * e->height;
     out->share = calloc(pixels, sizeof *out->share);
     out->alone = calloc(pixels, sizeof *out->alone);
-    float *weights = out->share && out->alone ? brume_error_estimate_weights(e) : NULL;
+    const float *weights = out->share && out->alone ? brume_error_estimate_weights(e) : NULL;
     if (!weights) return 0;
     double scale = 1 / (3.0 * (double)pixels * (pow(2, order) - 1)), fall = pow(2, -order), mean = 0;
     for (size_t c = 0; c < 3 * pixels; c++) mean += e->mean[c] / (3.0 * (double)pixels);
@@ -54,7 +54,6 @@ static int find_errors(const brume_error_estimate *e, double order, pixel_errors
             if (square > 0) out->alone[i] += grown * (e->last[c] + fall * e->before[c]) / square;
         }
     }
-    free(weights);
     return 1;
 }
 
@@ -104,7 +103,7 @@ static void fill_bins(brume_allocation *a, const pixel_errors *e) {
         }
 }
 
-brume_allocation *brume_allocation_create(const brume_error_estimate *e, double order, uint32_t most_samples) {
+brume_allocation *brume_allocation_create(brume_error_estimate *e, double order, uint32_t most_samples) {
     size_t pixels = (size_t)e->width * e->height;
     brume_allocation *a = calloc(1, sizeof *a);
     pixel_errors errors = {0};

@@ -30,7 +30,7 @@ typedef struct brume_allocation {
 } brume_allocation;
 
 /* From an estimate. order: how the error falls from here on. most_samples: of any pixel. NULL without memory. */
-brume_allocation *brume_allocation_create(const brume_error_estimate *e, double order, uint32_t most_samples);
+brume_allocation *brume_allocation_create(brume_error_estimate *e, double order, uint32_t most_samples);
 void brume_allocation_free(brume_allocation *a);
 
 /* An allocation as bytes, for a checkpoint: brume_allocation_bytes of them. From bytes of another kind, or without
