@@ -17,6 +17,7 @@
 #include <cmocka.h>
 
 #include "output.h"
+#include "platform.h"
 
 static char folder[] = "/tmp/brume-output-XXXXXX";
 static char path[64];
