@@ -108,12 +108,13 @@ typedef struct piece_of_work {
 static void find_weights(void *user, uint32_t piece) {
     const piece_of_work *w = user;
     uint32_t width = w->e->width, end = (piece + 1) * PIECE_LINES;
+    double least = fmax(0.03 * w->floor, 1e-300);
     if (end > w->e->height) end = w->e->height;
     for (uint32_t y = piece * PIECE_LINES; y < end; y++)
         for (uint32_t x = 0; x < width; x++) {
             double squares[3];
             float *out = w->out + 3 * ((size_t)y * width + x);
-            find_squares(w->e, w->variance, fmax(0.03 * w->floor, 1e-300), x, y, squares);
+            find_squares(w->e, w->variance, least, x, y, squares);
             for (size_t c = 0; c < 3; c++) {
                 double square = squares[c] + w->floor;
                 out[c] = square > 0 ? (float)(1 / square) : 0;

@@ -17,28 +17,22 @@
 
 enum { PIXEL_COUNT = 16, TABLE = 1024, ROUNDS = 9766, CHUNKS = 8 }; /* 10,000,384 samples each */
 
-static const char text[] =
-    "#include \"film.h\"\n"
-    "__kernel void test(__global const LANE_REAL *table, __global const uint *range, __global float *planes) {\n"
-    "    film f;\n"
-    "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n"
-    "    film_load(&f);\n"
-    "    for (uint i = range[0]; i < range[1]; i++)\n"
-    "        film_add(&f, 0, 1, LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n"
-    "    film_store(&f);\n"
-    "}\n";
+/* Each lane's samples, `range` of them, by ADD. */
+#define KERNEL(ADD) \
+    "#include \"film.h\"\n" \
+    "__kernel void test(__global const LANE_REAL *table, __global const uint *range, __global float *planes) {\n" \
+    "    film f;\n" \
+    "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n" \
+    "    film_load(&f);\n" \
+    "    for (uint i = range[0]; i < range[1]; i++)\n" \
+    "        " ADD "LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n" \
+    "    film_store(&f);\n" \
+    "}\n"
+
+static const char text[] = KERNEL("film_add(&f, 0, 1, ");
 
 /* The sums behind VARIANCE and the guides. */
-static const char plain[] =
-    "#include \"film.h\"\n"
-    "__kernel void test(__global const LANE_REAL *table, __global const uint *range, __global float *planes) {\n"
-    "    film f;\n"
-    "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n"
-    "    film_load(&f);\n"
-    "    for (uint i = range[0]; i < range[1]; i++)\n"
-    "        film_add_plain(&f, 0, LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n"
-    "    film_store(&f);\n"
-    "}\n";
+static const char plain[] = KERNEL("film_add_plain(&f, 0, ");
 
 /* What the pixels get, again and again: constants, of which most rounding errors have one sign; exponentially
  * distributed, with fireflies, of both signs, of all magnitudes. */
