@@ -52,7 +52,7 @@ typedef struct ladder_options {
     ladder_rung reference;
     uint32_t width, height;
     const char *depth; /* of paths; NULL: the scene's */
-    uint32_t seed;
+    uint32_t seed, seeds; /* the first, and how many */
     uint32_t device;
     char out[LADDER_FOLDER], cache[LADDER_FOLDER];
 } ladder_options;

@@ -4,7 +4,8 @@
  * machine does only ever adds, and by turns it does not always add to the same rung. From that follows how many samples
  * fit into the time. Sobol' points are at their best at powers of two, by much where an estimator is smooth; so that it
  * isn't luck how close to one that number comes, the two powers next to it are rendered, and the error is interpolated
- * between them, in logarithms. */
+ * between them, in logarithms. With several seeds errors are means over as many pictures: where few samples make most
+ * of the error, as beside a lamp, one picture tells more about its luck than about the rung. */
 #include <math.h>
 #include <string.h>
 
@@ -53,25 +54,54 @@ static double between(double low, double high, double share)
     return low > 0 && high > 0 ? low * pow(high / low, share) : low;
 }
 
+/* The errors of `samples` a pixel, means over the seeds from `seed` on; the first picture is written to `png`. */
+static int measure_errors(const ladder *l, const brume_scene *scene, const ladder_rung *rung,
+                          const ladder_reference *reference, uint32_t seed, uint32_t samples, const char *png,
+                          int is_timed, ladder_cell *cell, ladder_run *out)
+{
+    ladder_run sum = {0};
+    double seeds = l->options->seeds;
+    int code = LADDER_EXIT_OK;
+    for (uint32_t k = 0; k < l->options->seeds && !code; k++) {
+        ladder_shot shot = {0};
+        ladder_run one;
+        error_metrics metrics;
+        code = ladder_shoot(l, scene, rung, seed + k, samples, 0, k == 0 ? png : NULL, &shot);
+        if (!code)
+            code = judge(&shot, reference, &one, &metrics);
+        if (!code) {
+            sum.samples += one.samples / seeds;
+            sum.mse += one.mse / seeds;
+            sum.trimmed += one.trimmed / seeds;
+            if (is_timed)
+                note_time(cell, &shot);
+            /* Of the last and longest: the spread of few samples is easily underestimated. */
+            if (shot.samples > cell->equal_samples.samples)
+                note_variance(cell, &shot, reference);
+            cell->ratio = metrics.ratio;
+            cell->deviates = metrics.deviates;
+            cell->bad_samples += shot.bad_samples;
+        }
+        ladder_shot_free(&shot);
+    }
+    *out = sum;
+    return code;
+}
+
 static int measure_samples(const ladder *l, const brume_scene *scene, const ladder_rung *rung,
                            const ladder_reference *reference, const char *name, ladder_cell *cell)
 {
     ladder_shot shot = {0};
-    error_metrics metrics;
+    ladder_run run;
     char png[LADDER_PATH];
     ladder_png_path(l, name, rung, "samples", png);
     /* The first launches on a device pay for what later ones find done: these are thrown away. */
     int code = ladder_shoot(l, scene, rung, l->options->seed, 1, 0, NULL, &shot);
-    if (!code)
-        code = ladder_shoot(l, scene, rung, l->options->seed, l->options->spp, 0, png, &shot);
-    if (!code)
-        code = judge(&shot, reference, &cell->equal_samples, &metrics);
-    if (!code) {
-        note_time(cell, &shot);
-        note_variance(cell, &shot, reference);
-        cell->bad_samples += shot.bad_samples;
-    }
     ladder_shot_free(&shot);
+    if (!code)
+        code = measure_errors(l, scene, rung, reference, l->options->seed, l->options->spp, png, 1, cell, &run);
+    if (!code)
+        cell->equal_samples = run;
     return code;
 }
 
@@ -103,21 +133,9 @@ static int measure_time(const ladder *l, const brume_scene *scene, const ladder_
 
     int shown = share > 0.5, code = LADDER_EXIT_OK;
     for (int i = 0; i < runs && !code; i++) {
-        ladder_shot shot = {0};
-        error_metrics metrics;
-        code = ladder_shoot(l, scene, rung, l->options->seed + 1, samples << i, 0, i == shown ? png : NULL, &shot);
-        if (!code)
-            code = judge(&shot, reference, &run[i], &metrics);
-        if (!code) {
-            run[i].seconds = shot.samples * (double)shot.pixel_count * cell->sample_time;
-            /* Of the last and longest: the spread of few samples is easily underestimated. */
-            if (shot.samples > cell->equal_samples.samples)
-                note_variance(cell, &shot, reference);
-            cell->ratio = metrics.ratio;
-            cell->deviates = metrics.deviates;
-            cell->bad_samples += shot.bad_samples;
-        }
-        ladder_shot_free(&shot);
+        code = measure_errors(l, scene, rung, reference, l->options->seed + 1, samples << i, i == shown ? png : NULL, 0,
+                              cell, &run[i]);
+        run[i].seconds = run[i].samples * (double)reference->pixel_count * cell->sample_time;
     }
     if (code)
         return code;

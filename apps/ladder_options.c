@@ -32,6 +32,7 @@ void ladder_print_help(FILE *file)
           "  --size WxH              of the pictures (default: 240x150; quick, or with a mode: 160x100)\n"
           "  --depth N               path edges (default: the scene's, 2, light scattered once)\n"
           "  --seed N                of the pictures compared (default: 1); the reference has its own\n"
+          "  --seeds N               pictures from that seed on, of which errors are means (default: 1)\n"
           "  --device I              as render-cli --list-devices counts them (default: a GPU, else the CPU)\n"
           "  --out DIR               where results go (default: out/ladder)\n"
           "  --cache DIR             where references are kept (default: build/references)\n"
@@ -190,7 +191,7 @@ static int parse_option(ladder_options *o, const char *name, const char *value, 
         return 0; /* the caller's: it changes defaults */
     static const char *const valued[] = {"--scenes", "--rungs", "--seconds", "--spp", "--reference-spp",
                                          "--reference-seconds", "--reference-rung", "--size", "--depth", "--seed",
-                                         "--device", "--out", "--cache"};
+                                         "--seeds", "--device", "--out", "--cache"};
     enum { COUNT = sizeof valued / sizeof valued[0] };
     int which = 0;
     while (which < COUNT && strcmp(name, valued[which]) != 0)
@@ -211,9 +212,10 @@ static int parse_option(ladder_options *o, const char *name, const char *value, 
     case 7: return parse_size(name, value, o);
     case 8: return parse_depth(name, value, o);
     case 9: return parse_count(name, value, 0, &o->seed);
-    case 10: return parse_count(name, value, 0, &o->device);
-    case 11: return parse_folder(name, value, o->out);
-    case 12: return parse_folder(name, value, o->cache);
+    case 10: return parse_count(name, value, 1, &o->seeds);
+    case 11: return parse_count(name, value, 0, &o->device);
+    case 12: return parse_folder(name, value, o->out);
+    case 13: return parse_folder(name, value, o->cache);
     default: return 0;
     }
 }
@@ -248,7 +250,7 @@ static int set_defaults(ladder_options *o, int quick)
 int ladder_options_parse(ladder_options *options, int argc, char **argv)
 {
     memset(options, 0, sizeof *options);
-    options->seed = 1;
+    options->seed = options->seeds = 1;
     options->device = BRUME_DEVICE_ANY;
     snprintf(options->out, sizeof options->out, "out/ladder");
     snprintf(options->cache, sizeof options->cache, "build/references");

@@ -92,8 +92,9 @@ static int write_json(const ladder *l, const ladder_row *rows, size_t count)
     put_string(file, l->info.name);
     fputs(",\"driver\":", file);
     put_string(file, l->info.driver);
-    fprintf(file, ",\"width\":%u,\"height\":%u,\"depth\":%s,\"seed\":%u,\"reference_rung\":\"%s\",\"scenes\":[\n",
-            o->width, o->height, o->depth ? o->depth : "null", o->seed, o->reference.name);
+    fprintf(file, ",\"width\":%u,\"height\":%u,\"depth\":%s,\"seed\":%u,\"seeds\":%u,", o->width, o->height,
+            o->depth ? o->depth : "null", o->seed, o->seeds);
+    fprintf(file, "\"reference_rung\":\"%s\",\"scenes\":[\n", o->reference.name);
     for (size_t s = 0; s < count; s++) {
         const ladder_row *row = &rows[s];
         fprintf(file, "%s{\"scene\":\"%s\"", s ? ",\n" : "", row->scene);
@@ -135,13 +136,14 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
     fprintf(file,
             "%s, %u x %u pixels.\n\n"
             "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the\n"
-            "worst 0.1 %% of them. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
+            "worst 0.1 %% of them; both are means over %u seed%s. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
             "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
             "weights; variance x time is relative to %s, and left out where the mean is off by 5 standard\n"
             "errors: light is missed. The mean is the picture's over the reference's, and how many standard errors\n"
             "it is from 1. Times are of rendering alone, the least of several rounds. At equal time the error is\n"
             "interpolated between the powers of two samples next to it, where Sobol' points are at their best.\n",
-            l->info.name, o->width, o->height, o->reference.name, o->rungs[baseline(o)].name);
+            l->info.name, o->width, o->height, o->seeds, o->seeds == 1 ? "" : "s", o->reference.name,
+            o->rungs[baseline(o)].name);
     for (size_t s = 0; s < count; s++) {
         const ladder_row *row = &rows[s];
         const ladder_cell *first = &row->cells[baseline(o)];

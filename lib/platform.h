@@ -72,8 +72,9 @@ int brume_path_is_absolute(const char *path);
 size_t brume_path_folder(const char *path);
 int brume_path_exists(const char *path);
 int brume_path_is_folder(const char *path);
-/* Such as /dev/zero, which has no end. */
-int brume_path_is_device(const char *path);
+/* What isn't a file, and need not have an end: such as /dev/zero, or a pipe that nobody writes into, which already to
+ * open would wait for. */
+int brume_path_is_endless(const char *path);
 
 /* Where programs keep what can be made again: $XDG_CACHE_HOME if absolute, else ~/.cache; %LOCALAPPDATA%. malloc'ed;
  * NULL if the environment names none. */

@@ -145,9 +145,10 @@ int brume_path_is_folder(const char *path) {
     return stat(path, &info) == 0 && S_ISDIR(info.st_mode);
 }
 
-int brume_path_is_device(const char *path) {
+int brume_path_is_endless(const char *path) {
     struct stat info;
-    return stat(path, &info) == 0 && (S_ISCHR(info.st_mode) || S_ISBLK(info.st_mode));
+    mode_t mode = stat(path, &info) == 0 ? info.st_mode : 0;
+    return S_ISCHR(mode) || S_ISBLK(mode) || S_ISFIFO(mode) || S_ISSOCK(mode);
 }
 
 /* a, then b; malloc'ed, NULL when memory ran out. */

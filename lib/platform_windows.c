@@ -126,9 +126,10 @@ int brume_path_is_folder(const char *path) {
     return attributes != INVALID_FILE_ATTRIBUTES && (attributes & FILE_ATTRIBUTE_DIRECTORY);
 }
 
-int brume_path_is_device(const char *path) {
+int brume_path_is_endless(const char *path) {
     struct _stat64 info;
-    return _stat64(path, &info) == 0 && (info.st_mode & _S_IFCHR) == _S_IFCHR;
+    int kind = _stat64(path, &info) == 0 ? info.st_mode & _S_IFMT : 0;
+    return kind == _S_IFCHR || kind == _S_IFIFO;
 }
 
 /* a, then b; malloc'ed, NULL when memory ran out. */

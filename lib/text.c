@@ -39,7 +39,7 @@ void brume_text_format(brume_text *text, const char *format, ...) {
 }
 
 char *brume_text_read_file(const char *path, size_t *out_size) {
-    if (brume_path_is_device(path)) {
+    if (brume_path_is_endless(path)) {
         errno = EOPNOTSUPP;
         return NULL;
     }

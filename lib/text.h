@@ -13,7 +13,8 @@ typedef struct brume_text {
 void brume_text_add(brume_text *text, const char *bytes, size_t count);
 void brume_text_format(brume_text *text, const char *format, ...) __attribute__((format(printf, 2, 3)));
 
-/* The whole file, NUL-terminated; NULL with errno set: EOPNOTSUPP for a device, which may have no end. free() */
+/* The whole file, NUL-terminated; NULL with errno set: EOPNOTSUPP for a device or a pipe, which may have
+ * no end. free() */
 char *brume_text_read_file(const char *path, size_t *out_size);
 
 #endif

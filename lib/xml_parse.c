@@ -204,7 +204,10 @@ brume_result xml_parse_file(xml_reader *reader, const char *path, const xml_file
     if (++reader->files > MAX_FILES)
         return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: more than %d files are included", at, line, column,
                           MAX_FILES);
-    FILE *stream = fopen(path, "rb");
+    /* The scene itself may come from a pipe: whoever started the tool knows what is at the other end. */
+    int endless = includer && brume_path_is_endless(path);
+    FILE *stream = endless ? NULL : fopen(path, "rb");
+    if (endless) errno = EOPNOTSUPP;
     if (!stream)
         return brume_fail(context, brume_read_error(errno), "%s:%d:%d: cannot open '%s': %s", at, line, column, path,
                           strerror(errno));
