@@ -81,6 +81,52 @@ static void the_trace_is_what_the_picture_got(void **state) {
     assert_true(events[BRUME_TRACE_SCATTERED] > 0 && events[BRUME_TRACE_SURFACE] > 0);
 }
 
+/* Adaptive sampling gives pixels that it chooses more points along their rays, where the pilot saw but shadow. A pixel is
+ * then the mean of what its samples' traces say, and those of the same samples placed evenly say something else. */
+static void chosen_samples_are_traced_as_chosen(void **state) {
+    (void)state;
+    NEEDS_DEVICE();
+    enum { WIDTH = 32, HEIGHT = 20, PIXELS_OF_IT = WIDTH * HEIGHT, FIRST_CHOSEN = 8, MOST = 32, ENOUGH = 2 };
+    const brume_parameter small[] = {{"width", "32"}, {"height", "20"}};
+    static float radiance[PIXELS_OF_IT * 3], counts[PIXELS_OF_IT];
+    brume_render_desc even = brume_render_desc_default(), desc = even;
+    brume_scene *scene;
+    brume_render *render;
+    must(brume_scene_load(context, "scenes/ladder/slats.xml", small, 2, &scene));
+    desc.adaptive = BRUME_ADAPTIVE_ON;
+    desc.sample_count = 32;
+    must(brume_render_create(device, scene, &desc, &render));
+    must(brume_render_run(render, NULL, NULL));
+    must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, radiance, PIXELS_OF_IT * 3));
+    must(brume_render_read(render, BRUME_CHANNEL_SAMPLE_COUNT, counts, PIXELS_OF_IT));
+    brume_render_destroy(render);
+    int found = 0;
+    for (uint32_t i = PIXELS_OF_IT / 2; i < PIXELS_OF_IT && found < ENOUGH; i++) {
+        uint32_t count = (uint32_t)counts[i], x = i % WIDTH, y = i / WIDTH;
+        double sum[3] = {0, 0, 0};
+        int differ = 0;
+        if (count <= FIRST_CHOSEN || count > MOST) continue;
+        for (uint32_t k = 0; k < count && (differ || k < 2); k++) {
+            uint32_t sample = k < 2 ? FIRST_CHOSEN + k : k < FIRST_CHOSEN + 2 ? k - 2 : k; /* those first that tell */
+            brume_trace chosen, evenly;
+            must(brume_sample_trace(device, scene, &desc, x, y, sample, &chosen));
+            must(brume_sample_trace(device, scene, &even, x, y, sample, &evenly));
+            int differs = memcmp(chosen.radiance, evenly.radiance, sizeof chosen.radiance) != 0;
+            assert_true(!differs || sample >= FIRST_CHOSEN);
+            differ |= differs;
+            for (int c = 0; c < 3; c++) sum[c] += chosen.radiance[c];
+            brume_trace_free(&chosen);
+            brume_trace_free(&evenly);
+        }
+        if (!differ) continue;
+        found++;
+        for (int c = 0; c < 3; c++)
+            assert_true(fabs(sum[c] / count - radiance[3 * i + c]) <= 1e-6 * (sum[c] / count));
+    }
+    assert_int_equal(found, ENOUGH);
+    brume_scene_destroy(scene);
+}
+
 static void a_bad_sample_says_where_it_went_wrong(void **state) {
     (void)state;
     NEEDS_DEVICE();
@@ -113,6 +159,7 @@ static void a_bad_sample_says_where_it_went_wrong(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(the_trace_is_what_the_picture_got),
+        cmocka_unit_test(chosen_samples_are_traced_as_chosen),
         cmocka_unit_test(a_bad_sample_says_where_it_went_wrong),
     };
     return cmocka_run_group_tests(tests, open_device, close_device);
