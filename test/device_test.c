@@ -194,6 +194,10 @@ uint64_t test_random_bits(uint64_t *state) {
 
 double test_random_unit(uint64_t *state) { return (double)(test_random_bits(state) >> 40) * 0x1p-24; }
 
+double test_random_in(uint64_t *state, double low, double high) {
+    return low + (high - low) * test_random_unit(state);
+}
+
 double ulp_error(long double x, long double y, brume_precision precision) {
     int wide = precision == BRUME_PRECISION_DOUBLE, digits = wide ? 53 : 24, smallest = wide ? -1074 : -149, exponent;
     (void)frexpl(y, &exponent);

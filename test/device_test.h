@@ -56,6 +56,7 @@ const char *device_test_plant(const char *header, const char *from, const char *
 uint64_t test_random_bits(uint64_t *state);
 /* In [0, 1), multiples of 2^-24: the variates that the device uses in float. */
 double test_random_unit(uint64_t *state);
+double test_random_in(uint64_t *state, double low, double high); /* in [low, high) */
 
 /* |x - y| in units of the last place of y as a float, or as a double. */
 double ulp_error(long double x, long double y, brume_precision precision);

@@ -85,10 +85,8 @@ void *room(size_t count, size_t size) {
 
 /* ---- scenes and queries ------------------------------------------------------------------------------------------ */
 
-static double random_in(uint64_t *seed, double low, double high) { return low + (high - low) * test_random_unit(seed); }
-
 static void random_direction(uint64_t *seed, double direction[3]) {
-    double z = random_in(seed, -1, 1), phi = random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
+    double z = test_random_in(seed, -1, 1), phi = test_random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
     direction[0] = r * cos(phi), direction[1] = r * sin(phi), direction[2] = z;
 }
 
@@ -110,11 +108,11 @@ b_light make_spot(const double position[3], const double axis[3], double cutoff,
 
 /* Narrow spots above a floor of 40 x 40, aimed down at a slant. */
 static b_light stage_spot(uint64_t *seed) {
-    double position[3] = {random_in(seed, -20, 20), random_in(seed, -20, 20), random_in(seed, 3, 8)};
-    double tilt = random_in(seed, 0, PI / 4), phi = random_in(seed, 0, 2 * PI);
-    double cutoff = random_in(seed, 3, 12) * PI / 180;
+    double position[3] = {test_random_in(seed, -20, 20), test_random_in(seed, -20, 20), test_random_in(seed, 3, 8)};
+    double tilt = test_random_in(seed, 0, PI / 4), phi = test_random_in(seed, 0, 2 * PI);
+    double cutoff = test_random_in(seed, 3, 12) * PI / 180;
     double axis[3] = {sin(tilt) * cos(phi), sin(tilt) * sin(phi), -cos(tilt)};
-    return make_spot(position, axis, cutoff, 0.75 * cutoff, pow(10, random_in(seed, 0, 1.5)));
+    return make_spot(position, axis, cutoff, 0.75 * cutoff, pow(10, test_random_in(seed, 0, 1.5)));
 }
 
 /* Anything: points, spots of every width, directional light, lamps on top of each other, and dark ones. */
@@ -122,8 +120,9 @@ static b_light odd_lamp(uint64_t *seed, uint32_t k) {
     static const double cutoffs[] = {0.2, 1, 5, 30, 60, 89, 120, 179};
     double position[3], axis[3], cutoff = cutoffs[k % 8] * PI / 180;
     random_direction(seed, axis);
-    for (int i = 0; i < 3; i++) position[i] = k % 11 < 3 ? (double)(k % 5) - 2 : random_in(seed, -4, 4);
-    b_light light = make_spot(position, axis, cutoff, k % 3 ? cutoff : cutoff / 2, pow(10, random_in(seed, -2, 2)));
+    for (int i = 0; i < 3; i++) position[i] = k % 11 < 3 ? (double)(k % 5) - 2 : test_random_in(seed, -4, 4);
+    double intensity = pow(10, test_random_in(seed, -2, 2));
+    b_light light = make_spot(position, axis, cutoff, k % 3 ? cutoff : cutoff / 2, intensity);
     if (k % 7 == 0) light.kind = LIGHT_POINT;
     if (k % 97 == 5) {
         light.kind = LIGHT_DIRECTIONAL;
@@ -159,17 +158,18 @@ void make_queries(int scene, int is_point) {
         double o[3], d[3];
         const b_light *near = &now.lights[(unsigned)q * 7919 % now.count];
         random_direction(&seed, d);
-        for (int i = 0; i < 3; i++) o[i] = random_in(&seed, -5, 5);
-        double t_end = pow(10, random_in(&seed, -1, 1.5)), sigma = pow(10, random_in(&seed, -2.5, 0));
+        for (int i = 0; i < 3; i++) o[i] = test_random_in(&seed, -5, 5);
+        double t_end = pow(10, test_random_in(&seed, -1, 1.5)), sigma = pow(10, test_random_in(&seed, -2.5, 0));
         if (scene % 2) {
             d[2] *= 0.1;
-            o[0] = random_in(&seed, -20, 20), o[1] = random_in(&seed, -20, 20), o[2] = random_in(&seed, 0.5, 3);
+            o[0] = test_random_in(&seed, -20, 20), o[1] = test_random_in(&seed, -20, 20);
+            o[2] = test_random_in(&seed, 0.5, 3);
             sigma = 0.05, t_end = 30;
         }
         if (q % 8 == 3) t_end = 1e18;
         if (q % 8 == 5) /* passes a lamp closely */
             for (int i = 0; i < 3; i++)
-                o[i] = near->position[i] + random_in(&seed, -1e-3, 1e-3) - d[i] * random_in(&seed, 0, t_end);
+                o[i] = near->position[i] + test_random_in(&seed, -1e-3, 1e-3) - d[i] * test_random_in(&seed, 0, t_end);
         if (is_point && q % 8 == 7) /* on the floor */
             o[2] = -0.001, d[0] = d[1] = 0, d[2] = 1;
         double length = sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]);

@@ -68,10 +68,8 @@ static double round_to(double x, brume_precision precision) {
     return precision == BRUME_PRECISION_DOUBLE ? x : (double)(float)x;
 }
 
-static double random_in(uint64_t *seed, double low, double high) { return low + (high - low) * test_random_unit(seed); }
-
 static void random_direction(uint64_t *seed, double out3[3]) {
-    double z = random_in(seed, -1, 1), phi = random_in(seed, 0, 6.283185307179586), r = sqrt(1 - z * z);
+    double z = test_random_in(seed, -1, 1), phi = test_random_in(seed, 0, 6.283185307179586), r = sqrt(1 - z * z);
     out3[0] = r * cos(phi), out3[1] = r * sin(phi), out3[2] = z;
 }
 
@@ -91,7 +89,7 @@ static void make_light(uint64_t *seed, int group, brume_precision precision) {
     if (precision == BRUME_PRECISION_DOUBLE)
         for (int i = 0; i < 3; i++) axis[i] = i == group % 3 ? (group & 4 ? 1 : -1) : 0;
     for (int i = 0; i < 3; i++) {
-        light->position[i] = (float)(random_in(seed, -1, 1) + offsets[group / 30 % 4] * (i - 1.25));
+        light->position[i] = (float)(test_random_in(seed, -1, 1) + offsets[group / 30 % 4] * (i - 1.25));
         light->axis[i] = (float)axis[i];
     }
     light->cutoff = (float)cutoff;
@@ -104,16 +102,17 @@ static void make_light(uint64_t *seed, int group, brume_precision precision) {
 static void make_ray(uint64_t *seed, int i, brume_precision precision) {
     static const double means[] = {0, -0.7, 0.9, 0.3};
     const b_light *light = &lights[i / 16];
-    double target[3], d[3], side[3], scale = pow(10, random_in(seed, -2, 2));
+    double target[3], d[3], side[3], scale = pow(10, test_random_in(seed, -2, 2));
     random_direction(seed, d);
     random_direction(seed, side);
     /* Aimed at the cone's inside or edge; past the light by far and by little; through the light itself. */
-    double along = random_in(seed, 0, 1), across = tan(fmin(light->cutoff, 1.2f)) * along * random_in(seed, 0, 1.5);
-    if (i % 8 == 5) along = 0, across = pow(10, random_in(seed, -6, 0));
+    double along = test_random_in(seed, 0, 1);
+    double across = tan(fmin(light->cutoff, 1.2f)) * along * test_random_in(seed, 0, 1.5);
+    if (i % 8 == 5) along = 0, across = pow(10, test_random_in(seed, -6, 0));
     if (i % 8 == 6) along = across = 0;
     if (i % 8 == 7) along = -along;
     for (int k = 0; k < 3; k++) target[k] = light->position[k] + scale * (along * light->axis[k] + across * side[k]);
-    double back = scale * random_in(seed, -1, 3), length = 0;
+    double back = scale * test_random_in(seed, -1, 3), length = 0;
     for (int k = 0; k < 3; k++) {
         ray[k][i] = round_to(target[k] - back * d[k], precision);
         /* A float knows its own direction to the target better than the one that the target was made with. */
@@ -122,12 +121,12 @@ static void make_ray(uint64_t *seed, int i, brume_precision precision) {
     }
     for (int k = 0; k < 3; k++) ray[3 + k][i] = round_to(d[k] / sqrt(length), precision);
     int extent = i / 8 % 8;
-    double t_end = extent == 0 ? 1e18 : extent == 1 ? scale * 1e-4 : scale * pow(10, random_in(seed, -1, 1.5));
+    double t_end = extent == 0 ? 1e18 : extent == 1 ? scale * 1e-4 : scale * pow(10, test_random_in(seed, -1, 1.5));
     ray[6][i] = round_to(t_end, precision);
     ray[7][i] = round_to(means[i / 3 % 4], precision);
     /* Falloff: around the cutoff, around the beam, in between. */
-    double angle = random_in(seed, light->beam, light->cutoff);
-    if (i & 1) angle = (i & 2 ? light->beam : light->cutoff) * (1 + random_in(seed, -1e-3, 1e-3));
+    double angle = test_random_in(seed, light->beam, light->cutoff);
+    if (i & 1) angle = (i & 2 ? light->beam : light->cutoff) * (1 + test_random_in(seed, -1e-3, 1e-3));
     ray[8][i] = round_to(versine(fmin(angle, 3.1415925)), precision);
     for (int k = 0; k < VARIATES; k++) u[k][i] = (k + test_random_unit(seed)) / VARIATES;
     u[0][i] = 0;

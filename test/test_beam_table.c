@@ -64,10 +64,8 @@ static double ray[11][COUNT], u[VARIATES][COUNT], out[PLANES][COUNT];
 
 /* ---- cases ------------------------------------------------------------------------------------------------------ */
 
-static double random_in(uint64_t *seed, double low, double high) { return low + (high - low) * test_random_unit(seed); }
-
 static void random_direction(uint64_t *seed, double v[3]) {
-    double z = random_in(seed, -1, 1), phi = random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
+    double z = test_random_in(seed, -1, 1), phi = test_random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
     v[0] = r * cos(phi), v[1] = r * sin(phi), v[2] = z;
 }
 
@@ -95,26 +93,26 @@ static void make_beams(int ordinary) {
             light->kind = group % 5 == 4 ? LIGHT_POINT : LIGHT_SPOT;
             light->texture = -1;
             for (int a = 0; a < 3; a++) {
-                light->position[a] = (float)random_in(&seed, -1, 1);
+                light->position[a] = (float)test_random_in(&seed, -1, 1);
                 light->axis[a] = (float)axis[a];
             }
             set_lamp(light, cutoff, cutoff * (group % 3 == 0 ? 0.75 : group % 3 == 1 ? 1 : ordinary ? 0.9 : 0));
         }
-        double d[3], side[3], back, sigma, along = random_in(&seed, 0.2, 2);
+        double d[3], side[3], back, sigma, along = test_random_in(&seed, 0.2, 2);
         double across = along * tan(fmin(light->cutoff, 1));
         random_direction(&seed, d);
         random_direction(&seed, side);
-        across *= random_in(&seed, 0, 0.9);
+        across *= test_random_in(&seed, 0, 0.9);
         if (!ordinary && i % 16 == 3) along = across = 0; /* the lamp on the ray */
         if (!ordinary && i % 16 == 4) along = 0, across = 1e-5;
-        back = ordinary ? random_in(&seed, 0.5, 4) : random_in(&seed, -3, 3) * (i % 16 == 5 ? 1e4 : 1);
+        back = ordinary ? test_random_in(&seed, 0.5, 4) : test_random_in(&seed, -3, 3) * (i % 16 == 5 ? 1e4 : 1);
         for (int a = 0; a < 3; a++) {
             ray[a][i] = (float)(light->position[a] + along * light->axis[a] + across * side[a] - back * d[a]);
             ray[3 + a][i] = (float)d[a];
         }
-        ray[6][i] = (float)(ordinary ? back * random_in(&seed, 0.7, 3) : pow(10, random_in(&seed, -7, 5)));
+        ray[6][i] = (float)(ordinary ? back * test_random_in(&seed, 0.7, 3) : pow(10, test_random_in(&seed, -7, 5)));
         if (!ordinary && i % 16 == 7) ray[6][i] = 1e18;
-        sigma = ordinary ? pow(10, random_in(&seed, -3, 0)) : pow(10, random_in(&seed, -12, 6));
+        sigma = ordinary ? pow(10, test_random_in(&seed, -3, 0)) : pow(10, test_random_in(&seed, -12, 6));
         for (int a = 0; a < 3; a++) ray[7 + a][i] = (float)(sigma * (i % 4 == 0 ? 1 - 0.25 * a : 1));
         ray[10][i] = (float)(ordinary ? means[i / 16 / 8 % 6] : extremes[i % 6]);
         for (int k = 0; k < VARIATES; k++) u[k][i] = (k + test_random_unit(&seed)) / VARIATES;

@@ -52,19 +52,17 @@ static double cases[FLIGHTS][16] = {
 
 static double u[3 * COUNT], out[PLANES][FLIGHTS][SAMPLES];
 
-static double random_in(uint64_t *seed, double low, double high) { return low + (high - low) * test_random_unit(seed); }
-
 static void fly(uint32_t lanes) {
     uint64_t seed = 23;
     for (int f = 8; f < FLIGHTS; f++) { /* the rest at random */
-        double sigma = pow(10, random_in(&seed, -3, 1.5));
+        double sigma = pow(10, test_random_in(&seed, -3, 1.5));
         for (int k = 0; k < 3; k++) {
-            cases[f][k] = (float)(sigma * random_in(&seed, 0.1, 1));
-            cases[f][3 + k] = (float)random_in(&seed, 0.1, 1);
-            cases[f][6 + k] = (float)random_in(&seed, 0.01, 1);
+            cases[f][k] = (float)(sigma * test_random_in(&seed, 0.1, 1));
+            cases[f][3 + k] = (float)test_random_in(&seed, 0.1, 1);
+            cases[f][6 + k] = (float)test_random_in(&seed, 0.01, 1);
         }
-        cases[f][9] = (float)(random_in(&seed, 0.1, 5) / sigma);
-        for (int k = 0; k < CANDIDATES; k++) cases[f][10 + k] = (float)pow(10, random_in(&seed, -2, 2));
+        cases[f][9] = (float)(test_random_in(&seed, 0.1, 5) / sigma);
+        for (int k = 0; k < CANDIDATES; k++) cases[f][10 + k] = (float)pow(10, test_random_in(&seed, -2, 2));
     }
     for (int i = 0; i < 3 * COUNT; i++) u[i] = test_random_unit(&seed);
     const device_array arrays[] = {{READ_REAL, cases, FLIGHTS * 16}, {READ_REAL, u, 3 * COUNT},

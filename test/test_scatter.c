@@ -50,10 +50,8 @@ static double ray[SEGMENTS][7], u[3][COUNT], out[PLANES][COUNT];
 
 /* ---- cases ------------------------------------------------------------------------------------------------------ */
 
-static double random_in(uint64_t *seed, double low, double high) { return low + (high - low) * test_random_unit(seed); }
-
 static void random_direction(uint64_t *seed, double direction[3]) {
-    double z = random_in(seed, -1, 1), phi = random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
+    double z = test_random_in(seed, -1, 1), phi = test_random_in(seed, 0, 2 * PI), r = sqrt(1 - z * z);
     direction[0] = r * cos(phi), direction[1] = r * sin(phi), direction[2] = z;
 }
 
@@ -61,14 +59,14 @@ static void random_direction(uint64_t *seed, double direction[3]) {
 static void make_light(uint64_t *seed, int segment, int k, double scale) {
     static const double cutoffs[] = {5, 30, 89, 120, 150, 179};
     b_light *light = &lights[segment][k];
-    double axis[3], length = 0, along = random_in(seed, 0, 1), cutoff = cutoffs[(segment + k) % 6] * PI / 180;
+    double axis[3], length = 0, along = test_random_in(seed, 0, 1), cutoff = cutoffs[(segment + k) % 6] * PI / 180;
     double beam = cutoff * ((segment + k) % 2 ? 0.75 : 1);
     int kind = (segment / 3 + k) % 5;
     light->kind = kind == 0 ? LIGHT_POINT : kind == 1 ? LIGHT_DIRECTIONAL : LIGHT_SPOT;
     light->texture = -1;
     for (int i = 0; i < 3; i++) {
-        light->position[i] = (float)(scale * random_in(seed, -1, 1));
-        light->intensity[i] = (float)random_in(seed, 0.5, 5);
+        light->position[i] = (float)(scale * test_random_in(seed, -1, 1));
+        light->intensity[i] = (float)test_random_in(seed, 0.5, 5);
         axis[i] = ray[segment][i] + along * ray[segment][6] * ray[segment][3 + i] - light->position[i];
         length += axis[i] * axis[i];
     }
@@ -87,11 +85,11 @@ static void make_segment(uint64_t *seed, int segment) {
     random_direction(seed, d);
     for (int i = 0; i < 3; i++) {
         ray[segment][3 + i] = (float)d[i];
-        ray[segment][i] = (float)(scale * (random_in(seed, -0.7, 0.7) - 1.5 * d[i]));
+        ray[segment][i] = (float)(scale * (test_random_in(seed, -0.7, 0.7) - 1.5 * d[i]));
         media[segment].sigma_t[i] = (float)(sigma * tints[segment % 2][i]);
-        media[segment].albedo[i] = (float)random_in(seed, 0.3, 1);
+        media[segment].albedo[i] = (float)test_random_in(seed, 0.3, 1);
     }
-    ray[segment][6] = (float)(scale * pow(10, random_in(seed, -0.5, 1)));
+    ray[segment][6] = (float)(scale * pow(10, test_random_in(seed, -0.5, 1)));
     media[segment].g = (float)means[segment % 4];
     params[segment].light_count = 1 + segment % LIGHTS;
     params[segment].medium_count = 1;
