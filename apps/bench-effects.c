@@ -187,11 +187,15 @@ int main(int argc, char **argv)
         }
         measure(device, context, scene, s, programs, count, rounds);
         if (bits)
-            for (int i = 1; i < count; i++)
-                printf("| %s | %s | x %.3f | x %.2f | %+.0f KiB |\n", s->name, programs[i].name,
-                       median_ratio(programs[i].seconds, programs[0].seconds, rounds),
-                       programs[i].build_seconds / programs[0].build_seconds,
+            for (int i = 1; i < count; i++) {
+                char build_time[32] = "-"; /* programs of scenes before may be among these, and have been built */
+                if (only >= 0)
+                    snprintf(build_time, sizeof build_time, "x %.2f",
+                             programs[i].build_seconds / programs[0].build_seconds);
+                printf("| %s | %s | x %.3f | %s | %+.0f KiB |\n", s->name, programs[i].name,
+                       median_ratio(programs[i].seconds, programs[0].seconds, rounds), build_time,
                        ((double)programs[i].bytes - (double)programs[0].bytes) / 1024);
+            }
         else
             printf("| %s | %.2f s | %.3f | %.3f | %.0f of %.0f KiB |\n", s->name, least(programs[0].seconds, rounds),
                    median_ratio(programs[0].seconds, programs[1].seconds, rounds),
