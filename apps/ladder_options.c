@@ -32,7 +32,7 @@ void ladder_print_help(FILE *file)
           "  --size WxH              of the pictures (default: 240x150; quick, or with a mode: 160x100)\n"
           "  --depth N               path edges (default: the scene's, 2, light scattered once)\n"
           "  --seed N                of the pictures compared (default: 1); the reference has its own\n"
-          "  --seeds N               pictures from that seed on, of which errors are means (default: 1)\n"
+          "  --seeds N               pictures from that seed on, of which errors are means; no mode (default: 1)\n"
           "  --device I              as render-cli --list-devices counts them (default: a GPU, else the CPU)\n"
           "  --out DIR               where results go (default: out/ladder)\n"
           "  --cache DIR             where references are kept (default: build/references)\n"

@@ -136,8 +136,9 @@ static int write_markdown(const ladder *l, const ladder_row *rows, size_t count)
     fprintf(file,
             "%s, %u x %u pixels.\n\n"
             "relMSE is the mean of (I - R)^2 / (R^2 + 0.01 mean(R)^2) over all pixels; \"trimmed\" leaves out the\n"
-            "worst 0.1 %% of them; both are means over %u seed%s. R, the reference, is %s with seeds of its own; \\* marks what is too\n"
-            "close to R's own error to be told from it. Variance is that of one sample of a pixel, in the same\n"
+            "worst 0.1 %% of them; both are means over %u seed%s, all else is of the last. R, the reference, is\n"
+            "%s with seeds of its own; \\* marks what is too close to R's own error to be told from it.\n"
+            "Variance is that of one sample of a pixel, in the same\n"
             "weights; variance x time is relative to %s, and left out where the mean is off by 5 standard\n"
             "errors: light is missed. The mean is the picture's over the reference's, and how many standard errors\n"
             "it is from 1. Times are of rendering alone, the least of several rounds. At equal time the error is\n"

@@ -38,12 +38,14 @@ void brume_text_format(brume_text *text, const char *format, ...) {
         brume_text_add(text, line, (size_t)length);
 }
 
+FILE *brume_file_open_named(const char *path) {
+    if (!brume_path_is_endless(path)) return fopen(path, "rb");
+    errno = EOPNOTSUPP;
+    return NULL;
+}
+
 char *brume_text_read_file(const char *path, size_t *out_size) {
-    if (brume_path_is_endless(path)) {
-        errno = EOPNOTSUPP;
-        return NULL;
-    }
-    FILE *file = fopen(path, "rb");
+    FILE *file = brume_file_open_named(path);
     if (!file) return NULL;
     brume_text text = {0};
     brume_text_add(&text, "", 0);

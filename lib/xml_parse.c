@@ -8,6 +8,7 @@
 
 #include "mitsuba_spelling.h"
 #include "platform.h"
+#include "text.h"
 
 #include <errno.h>
 #include <limits.h>
@@ -205,9 +206,7 @@ brume_result xml_parse_file(xml_reader *reader, const char *path, const xml_file
         return brume_fail(context, BRUME_ERROR_SCENE, "%s:%d:%d: more than %d files are included", at, line, column,
                           MAX_FILES);
     /* The scene itself may come from a pipe: whoever started the tool knows what is at the other end. */
-    int endless = includer && brume_path_is_endless(path);
-    FILE *stream = endless ? NULL : fopen(path, "rb");
-    if (endless) errno = EOPNOTSUPP;
+    FILE *stream = includer ? brume_file_open_named(path) : fopen(path, "rb");
     if (!stream)
         return brume_fail(context, brume_read_error(errno), "%s:%d:%d: cannot open '%s': %s", at, line, column, path,
                           strerror(errno));
