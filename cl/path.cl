@@ -35,7 +35,7 @@ FN void finish_layers(film *f, const path *p, real most, mask good) {
     film_add_rgb(f, FILM_SURFACE_INDIRECT, cmul(l->surface_indirect, cut), good);
     film_add_rgb(f, FILM_VOLUME_DIRECT, cmul(l->volume_direct, cut), good);
     film_add_rgb(f, FILM_VOLUME_INDIRECT, cmul(l->volume_indirect, cut), good);
-    film_add_plain(f, FILM_SEGMENTS, l->segments, good);
+    film_add_dithered(f, FILM_SEGMENTS, l->segments, good);
 }
 
 /* What it met first. */
@@ -43,10 +43,10 @@ FN void finish_guides(film *f, const path *p, mask good) {
     mask hit = good & p->guide.hit;
     film_add_plain(f, FILM_ALPHA, R(1), good & p->met);
     film_add_rgb(f, FILM_ALBEDO_R, p->guide.albedo, hit);
-    film_add_plain(f, FILM_NORMAL_X, p->guide.n.x, hit);
-    film_add_plain(f, FILM_NORMAL_Y, p->guide.n.y, hit);
-    film_add_plain(f, FILM_NORMAL_Z, p->guide.n.z, hit);
-    film_add_plain(f, FILM_DEPTH, p->guide.depth, hit);
+    film_add_dithered(f, FILM_NORMAL_X, p->guide.n.x, hit);
+    film_add_dithered(f, FILM_NORMAL_Y, p->guide.n.y, hit);
+    film_add_dithered(f, FILM_NORMAL_Z, p->guide.n.z, hit);
+    film_add_dithered(f, FILM_DEPTH, p->guide.depth, hit);
     film_add_plain(f, FILM_HIT_COUNT, R(1), hit);
 }
 
@@ -72,12 +72,13 @@ FN void finish_paths(film *f, const path *p, real most, __global uint *bad, irea
     x.g = lmin(x.g, most);
     x.b = lmin(x.b, most);
     x = cscale(x, p->sign);
+    film_dither(f, random_of_film(&p->random));
     film_add(f, FILM_SUM_R, FILM_REST_R, x.r, good);
     film_add(f, FILM_SUM_G, FILM_REST_G, x.g, good);
     film_add(f, FILM_SUM_B, FILM_REST_B, x.b, good);
-    film_add_plain(f, FILM_SQUARE_R, square(x.r), good);
-    film_add_plain(f, FILM_SQUARE_G, square(x.g), good);
-    film_add_plain(f, FILM_SQUARE_B, square(x.b), good);
+    film_add_dithered(f, FILM_SQUARE_R, square(x.r), good);
+    film_add_dithered(f, FILM_SQUARE_G, square(x.g), good);
+    film_add_dithered(f, FILM_SQUARE_B, square(x.b), good);
     film_add_plain(f, FILM_COUNT, R(1), good);
     if (HAS(GUIDES)) finish_guides(f, p, good);
     if (HAS(LIGHT_LAYERS)) finish_layers(f, p, most, good);

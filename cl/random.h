@@ -97,6 +97,9 @@ CALL random4 random_set(const rng *r, ureal32 set) {
     return u;
 }
 
+/* The sample's own bits for the film, of no set. */
+FN ureal32 random_of_film(const rng *r) { return hash32(r->key + hash32(r->index ^ U32(0x7feb352du))); }
+
 FN rng random_select(mask m, rng a, rng b) {
     rng r;
     r.key = select32(m, a.key, b.key);

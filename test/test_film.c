@@ -24,15 +24,16 @@ enum { PIXEL_COUNT = 16, TABLE = 1024, ROUNDS = 9766, CHUNKS = 8 }; /* 10,000,38
     "    film f;\n" \
     "    f.planes = planes; f.slots = 16; f.slot = I(AT) + lane_index();\n" \
     "    film_load(&f);\n" \
-    "    for (uint i = range[0]; i < range[1]; i++)\n" \
-    "        " ADD "LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK);\n" \
+    "    for (uint i = range[0]; i < range[1]; i++) {\n" \
+    "        " ADD "LOAD(table + (i % 1024) * 16 + AT), TRUE_MASK); }\n" \
     "    film_store(&f);\n" \
     "}\n"
 
 static const char text[] = KERNEL("film_add(&f, 0, 1, ");
 
-/* The sums behind VARIANCE and the guides. */
-static const char plain[] = KERNEL("film_add_plain(&f, 0, ");
+/* The sums behind VARIANCE, guides and layers. */
+static const char dithered[] =
+    KERNEL("film_dither(&f, hash32(U32(i * 16) + to_ureal32(I(AT) + lane_index()))); film_add_dithered(&f, 0, ");
 
 /* What the pixels get, again and again: constants, of which most rounding errors have one sign; exponentially
  * distributed, with fireflies, of both signs, of all magnitudes. */
@@ -103,19 +104,30 @@ static void ten_million_samples(void **state) {
     assert_true(naive > 1e-3);
 }
 
-/* Each addition rounds by up to 2^-24 of the sum so far. */
-static void ten_million_samples_in_plain_sums(void **state) {
+/* One plane each, rounded at random: the bound is 5 of the largest standard errors there are. */
+static void ten_million_dithered_samples(void **state) {
     (void)state;
+    static const char constant[] = KERNEL("film_dither(&f, U32(123456789)); film_add_dithered(&f, 0, ");
+    static const char naive[] = KERNEL("film_add_plain(&f, 0, ");
     static double table[TABLE][PIXEL_COUNT];
+    const double bound = 5 * sqrt((double)TABLE * ROUNDS) * 0x1p-24;
     double got[PIXEL_COUNT];
     int where = 0;
-    if (!device_test_offers(BRUME_PRECISION_FLOAT)) skip();
     fill(table);
-    add_up(plain, BRUME_PRECISION_FLOAT, table, 0, TABLE * ROUNDS, got);
-    double worst = worst_of(table, got, &where);
-    stability_row("film", "10^7 squares or guides of a pixel, plain sums", "exact sum", "of the sum of |x|",
-                  (double)TABLE * ROUNDS * 0x1p-24, worst, "pixel %d of the test", where);
-    assert_true(worst > 1e-3); /* which is why the radiance's are others */
+    for (int p = 0; p < 2; p++) {
+        if (!device_test_offers((brume_precision)p)) skip();
+        add_up(dithered, (brume_precision)p, table, 0, TABLE * ROUNDS, got);
+        double worst = worst_of(table, got, &where);
+        stability_row("film", p ? "10^7 squares or guides of a pixel, in double" : "10^7 squares or guides of a pixel",
+                      "exact sum", "of the sum of |x|", bound, worst, "pixel %d of the test", where);
+    }
+    /* Planted: no dither, the same for all samples. */
+    add_up(naive, BRUME_PRECISION_FLOAT, table, 0, TABLE * ROUNDS, got);
+    double plain = worst_of(table, got, &where);
+    add_up(constant, BRUME_PRECISION_FLOAT, table, 0, TABLE * ROUNDS, got);
+    double same = worst_of(table, got, &where);
+    print_message("plain sums: %.3g, one dither: %.3g\n", plain, same);
+    assert_true(plain > bound && same > bound);
 }
 
 /* Films of parts of the samples, added up in different orders. */
@@ -179,7 +191,7 @@ static int teardown(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(ten_million_samples),
-        cmocka_unit_test(ten_million_samples_in_plain_sums),
+        cmocka_unit_test(ten_million_dithered_samples),
         cmocka_unit_test(parts_in_any_order),
         cmocka_unit_test(a_pixel_of_one_radiance),
     };
