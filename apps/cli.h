@@ -79,7 +79,7 @@ struct cli_options {
     size_t output_count;
     brume_parameter *parameters; /* names are owned, values point into argv */
     size_t parameter_count;
-    const char *device;     /* index or part of a name; NULL: any */
+    const char *device;     /* indices or parts of names between commas, each perhaps with /PARTS; NULL: any */
     const char *stats_path; /* where --stats=json goes; "" for standard output; NULL: nowhere */
     char *default_output;   /* owned; used when there is no -o */
     cli_progress_kind progress;
@@ -154,7 +154,13 @@ int cli_session_open(cli_session *session, brume_context *context, const cli_opt
                      cli_progress *progress);
 void cli_session_close(cli_session *session);
 
+/* ---- devices (cli_devices.c) ---- */
+
 int cli_list_devices(brume_context *context);
+/* Opens what --device names (NULL: any), several of them as one, which brume_device_destroy releases. 0, or the exit
+ * code after an error line. */
+int cli_open_device(brume_context *context, const char *wanted, brume_device **out_device,
+                    brume_device_info *out_info);
 
 /* Prints the context's message and returns the exit code for a failed call. */
 int cli_report(const brume_context *context, brume_result result);

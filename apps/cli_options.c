@@ -71,8 +71,9 @@ const cli_option cli_option_table[OPTION_COUNT] = {
     [OPTION_DISPLAY] =
         {RENDER, 0, "display-server", "HOST[:PORT]", "shows the picture in tev while it renders (port: 14158)"},
     [OPTION_DEVICE] =
-        {EVERY | SAMPLE, 0, "device", "I|NAME",
-         "device by index or part of its name (default: a GPU, else the CPU)"},
+        {EVERY | SAMPLE, 0, "device", "I|NAME[/N],...|all",
+         "device by index or part of its name (default: a GPU, else the CPU);\n"
+         "several share the picture; 0/2: a CPU's cores in two parts"},
     [OPTION_LIST_DEVICES] = {RENDER, 0, "list-devices", NULL, "names the devices, one a line, and exits"},
     [OPTION_PRECISION] =
         {ONE_RENDER | SAMPLE, 0, "precision", "float|double", "arithmetic of the kernels (default: float)"},

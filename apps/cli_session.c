@@ -1,6 +1,4 @@
 /* The scene, the device and the signals of a run. */
-#include <ctype.h>
-#include <limits.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <string.h>
@@ -46,7 +44,7 @@ int cli_signal(void)
     return first_signal;
 }
 
-/* ---- devices ---- */
+/* ---- errors ---- */
 
 static int exit_code_of(brume_result result)
 {
@@ -73,76 +71,7 @@ int cli_report(const brume_context *context, brume_result result)
     return exit_code_of(result);
 }
 
-int cli_list_devices(brume_context *context)
-{
-    uint32_t count;
-    brume_result result = brume_device_count(context, &count);
-    if (result)
-        return cli_report(context, result);
-    brume_device_info info;
-    if (count == 0) /* fails, and says what to install */
-        return cli_report(context, brume_device_describe(context, BRUME_DEVICE_ANY, &info));
-    for (uint32_t i = 0; i < count; i++) {
-        result = brume_device_describe(context, i, &info);
-        if (result)
-            return cli_report(context, result);
-        printf("%u: %s, %s, driver %s, %.1f GiB, %s\n", i, info.name, info.platform, info.driver,
-               (double)info.memory_bytes / (1 << 30), info.is_gpu ? "GPU" : "CPU");
-    }
-    return CLI_EXIT_OK;
-}
-
-/* Whether `part` occurs in `text`, whatever the case of the letters. */
-static int contains(const char *text, const char *part)
-{
-    for (; *text; text++) {
-        size_t i = 0;
-        while (part[i] && tolower((unsigned char)text[i]) == tolower((unsigned char)part[i]))
-            i++;
-        if (!part[i])
-            return 1;
-    }
-    return 0;
-}
-
-/* The index of the device that --device names, and its description. */
-static int choose_device(brume_context *context, const char *wanted, uint32_t *out_index, brume_device_info *out_info)
-{
-    uint32_t count, index = BRUME_DEVICE_ANY;
-    brume_result result = brume_device_count(context, &count);
-    if (result)
-        return cli_report(context, result);
-    if (wanted && count > 0) {
-        char *end;
-        unsigned long number = isdigit((unsigned char)*wanted) ? strtoul(wanted, &end, 10) : ULONG_MAX;
-        if (number != ULONG_MAX && *end == 0) {
-            if (number >= count) {
-                cli_error("no device %s; there %s %u: --list-devices names them", wanted, count == 1 ? "is" : "are",
-                          count);
-                return CLI_EXIT_DEVICE;
-            }
-            index = (uint32_t)number;
-        }
-        for (uint32_t i = 0; i < count && index == BRUME_DEVICE_ANY; i++) {
-            result = brume_device_describe(context, i, out_info);
-            if (result)
-                return cli_report(context, result);
-            if (contains(out_info->name, wanted) || contains(out_info->platform, wanted))
-                index = i;
-        }
-        if (index == BRUME_DEVICE_ANY) {
-            cli_error("no device is called \"%s\"; --list-devices names those there are", wanted);
-            return CLI_EXIT_DEVICE;
-        }
-    }
-    result = brume_device_describe(context, index, out_info);
-    if (result)
-        return cli_report(context, result);
-    *out_index = index;
-    return CLI_EXIT_OK;
-}
-
-/* ---- both ---- */
+/* ---- scene and device ---- */
 
 double cli_now(void)
 {
@@ -161,13 +90,10 @@ int cli_session_open(cli_session *session, brume_context *context, const cli_opt
         return cli_report(context, result);
     session->load_seconds = cli_now() - begin;
 
-    uint32_t index = BRUME_DEVICE_ANY;
-    int code = choose_device(context, options->device, &index, &session->info);
-    if (code)
-        return code;
-    cli_progress_step(progress, "Opening device", session->info.name);
-    result = brume_device_open(context, index, &session->device);
-    return result ? cli_report(context, result) : 0;
+    int code = cli_open_device(context, options->device, &session->device, &session->info);
+    if (code == 0)
+        cli_progress_step(progress, "Opening device", session->info.name);
+    return code;
 }
 
 void cli_session_close(cli_session *session)

@@ -116,6 +116,20 @@ BRUME_API brume_result brume_device_count(brume_context *context, uint32_t *out)
 BRUME_API brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out);
 /* The same, and makes it ready for renders. *out is the caller's to destroy. */
 BRUME_API brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out);
+/* The same of a part of its cores: `part`, from 0 on, of `parts` that are as even as can be. Fails with
+ * BRUME_ERROR_ARGUMENT if there are fewer cores than parts (up to 64), BRUME_ERROR_DEVICE if the driver cannot split it:
+ * CPUs, mostly, can be. */
+BRUME_API brume_result brume_device_open_part(brume_context *context, uint32_t index, uint32_t part, uint32_t parts,
+                                              brume_device **out);
+/* Several open devices of one context, up to 64, as one: they share each render, the faster ones doing more of it. Each
+ * needs room for the whole scene and its picture, and gets a program of its own. The film is the same bits as that of
+ * one device of their kind; where kinds differ, so may the last bits, by who rendered which pixel when. One that fails
+ * is left out with a warning, until the next call of run; what it was at, the others do. *out keeps the devices open,
+ * and is the caller's to destroy. A sample trace takes the first of them. */
+BRUME_API brume_result brume_device_join(brume_device *const *devices, size_t count, brume_device **out);
+/* As brume_device_describe, of an open device. Of several: all of their names, compute units in all, the least memory,
+ * and what else all of them have. */
+BRUME_API brume_result brume_device_get_info(const brume_device *device, brume_device_info *out);
 BRUME_API void brume_device_destroy(brume_device *device);
 
 /* ---- scene description ----------------------------------------------------------------------------------------- */

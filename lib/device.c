@@ -153,7 +153,7 @@ static int preference(cl_device_id id) {
     return strcmp(name, "Portable Computing Language") == 0 ? 2 : 1;
 }
 
-static brume_result find_device(brume_context *context, uint32_t index, cl_device_id *out) {
+brume_result brume_device_find(brume_context *context, uint32_t index, cl_device_id *out) {
     cl_device_id devices[MAX_DEVICES];
     cl_int code;
     uint32_t count = list_devices(context, devices, &code);
@@ -181,22 +181,21 @@ static brume_result find_device(brume_context *context, uint32_t index, cl_devic
 brume_result brume_device_describe(brume_context *context, uint32_t index, brume_device_info *out) {
     if (!context || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_device_describe: NULL argument");
     cl_device_id id;
-    brume_result result = find_device(context, index, &id);
+    brume_result result = brume_device_find(context, index, &id);
     return result == BRUME_OK ? describe(context, id, out) : result;
 }
 
-brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out) {
-    if (!context || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_device_open: NULL argument");
-    cl_device_id id;
-    brume_result result = find_device(context, index, &id);
-    if (result != BRUME_OK) return result;
-
+brume_result brume_device_open_id(brume_context *context, cl_device_id id, int is_part, brume_device **out) {
     brume_device *device = calloc(1, sizeof *device);
-    if (!device) return brume_fail(context, BRUME_ERROR_MEMORY, "opening a device: out of memory");
+    if (!device) {
+        if (is_part) clReleaseDevice(id);
+        return brume_fail(context, BRUME_ERROR_MEMORY, "opening a device: out of memory");
+    }
     device->references = 1;
     device->context = brume_context_retain(context);
     device->id = id;
-    result = describe(context, id, &device->info);
+    device->is_part = is_part;
+    brume_result result = describe(context, id, &device->info);
     if (result != BRUME_OK) {
         brume_device_destroy(device);
         return result;
@@ -215,6 +214,13 @@ brume_result brume_device_open(brume_context *context, uint32_t index, brume_dev
     return BRUME_OK;
 }
 
+brume_result brume_device_open(brume_context *context, uint32_t index, brume_device **out) {
+    if (!context || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_device_open: NULL argument");
+    cl_device_id id;
+    BRUME_TRY(brume_device_find(context, index, &id));
+    return brume_device_open_id(context, id, 0, out);
+}
+
 brume_device *brume_device_retain(brume_device *device) {
     device->references++;
     return device;
@@ -224,6 +230,9 @@ void brume_device_destroy(brume_device *device) {
     if (!device || --device->references > 0) return;
     if (device->queue) clReleaseCommandQueue(device->queue);
     if (device->cl) clReleaseContext(device->cl);
+    if (device->is_part) clReleaseDevice(device->id);
+    for (uint32_t i = 0; i < device->member_count; i++) brume_device_destroy(device->members[i]);
+    free(device->members);
     brume_context_release(device->context);
     free(device);
 }

@@ -103,6 +103,22 @@ static brume_result build_program(brume_render *render, const brume_arrays *arra
     return brume_render_program_start(render, features, arrays->bvh.stack_size);
 }
 
+brume_result brume_render_equip(brume_render *render, const brume_arrays *arrays) {
+    brume_context *context = render->device->context;
+    render->local_size = render->device->info.is_gpu ? GPU_LOCAL_SIZE : 1;
+    render->own_lanes = render->desc.lanes ? render->desc.lanes : render->device->info.lanes;
+    brume_info(context, "Uploading the scene");
+    double start = brume_seconds();
+    brume_result result = brume_render_create_buffers(render, arrays);
+    double uploaded = brume_seconds();
+    brume_info(context, "Building kernels, %u lanes wide, in %s", render->own_lanes,
+               render->desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");
+    if (result == BRUME_OK) result = build_program(render, arrays);
+    render->stats.upload_seconds = uploaded - start;
+    render->stats.build_seconds = brume_seconds() - uploaded;
+    return result;
+}
+
 static void fill_stats(brume_render *render, const brume_arrays *a) {
     brume_render_stats *s = &render->stats;
     s->width = render->layout.width;
@@ -162,6 +178,7 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
     if (!device) return BRUME_ERROR_ARGUMENT;
     brume_context *context = device->context;
     double begin = brume_seconds();
+    if (traced && device->member_count) device = device->members[0];
     if (!scene || !out) return brume_fail(context, BRUME_ERROR_ARGUMENT, "brume_render_create: NULL argument");
     brume_render_desc desc = given ? *given : brume_render_desc_default();
     brume_result result = check_desc(context, device, scene, &desc);
@@ -215,7 +232,6 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
     render->light_unit = arrays.light_unit;
     render->traced = traced;
     render->stats.lanes = desc.lanes ? desc.lanes : device->info.lanes;
-    render->local_size = device->info.is_gpu ? GPU_LOCAL_SIZE : 1;
     render->layout = brume_film_layout_make((uint32_t)arrays.params.crop_width, (uint32_t)arrays.params.crop_height,
                                             render->stats.lanes);
     fill_stats(render, &arrays);
@@ -238,15 +254,7 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
             return result;
         }
     }
-    brume_info(context, "Uploading the scene");
-    double start = brume_seconds();
-    result = brume_render_create_buffers(render, &arrays);
-    double uploaded = brume_seconds();
-    brume_info(context, "Building kernels, %u lanes wide, in %s", render->stats.lanes,
-               desc.precision == BRUME_PRECISION_DOUBLE ? "double" : "float");
-    if (result == BRUME_OK) result = build_program(render, &arrays);
-    render->stats.upload_seconds = uploaded - start;
-    render->stats.build_seconds = brume_seconds() - uploaded;
+    result = device->member_count ? brume_crew_create(render, &arrays) : brume_render_equip(render, &arrays);
     brume_arrays_free(&arrays);
     if (result != BRUME_OK) {
         brume_render_destroy(render);
@@ -264,6 +272,7 @@ brume_result brume_render_create(brume_device *device, const brume_scene *scene,
 
 void brume_render_destroy(brume_render *render) {
     if (!render) return;
+    brume_crew_destroy(render);
     brume_render_program_destroy(render);
     if (render->planes) clReleaseMemObject(render->planes);
     if (render->bad) clReleaseMemObject(render->bad);

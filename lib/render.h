@@ -3,6 +3,7 @@
 #define BRUME_RENDER_H
 
 #include "arrays.h"
+#include "crew.h"
 #include "device.h"
 #include "film.h"
 #include "render_program.h"
@@ -43,6 +44,8 @@ struct brume_render {
     double origin[3]; /* of the positions on the device, in the scene's coordinates */
     brume_render_program program;
     size_t local_size;
+    uint32_t own_lanes; /* that suit the device: the program's; fewer than stats.lanes where another of a crew has more */
+    brume_crew *crew;   /* of a joined device: who has buffers and programs in its place; else NULL */
 
     /* Progress, in stages that end at a number of samples for each pixel; a stage in passes over the film, a pass in
      * groups. */
@@ -87,10 +90,18 @@ struct brume_render {
 brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *desc,
                                int traced, brume_render **out);
 
+/* The scene on the render's own device, an empty film and a program there. */
+brume_result brume_render_equip(brume_render *render, const brume_arrays *arrays);
+
 /* ---- render_buffers.c ---- */
 
 /* The scene on the device, and an empty film; BRUME_ERROR_MEMORY says how much is needed and how much there is. */
 brume_result brume_render_create_buffers(brume_render *render, const brume_arrays *arrays);
+
+/* ---- render_film.c: its bytes, wherever they lie ---- */
+
+cl_int brume_render_get(const brume_render *render, brume_film_part part, size_t at, size_t size, void *out);
+cl_int brume_render_put(brume_render *render, brume_film_part part, size_t at, size_t size, const void *bytes);
 
 /* ---- render_launch.c: the kernel's launches, and the film read back ---- */
 

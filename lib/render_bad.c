@@ -7,7 +7,7 @@ brume_result brume_render_count_bad(brume_render *r) {
     brume_context *context = r->device->context;
     brume_render_stats *s = &r->stats;
     cl_uint bad[BAD_SIZE];
-    cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+    cl_int code = brume_render_get(r, BRUME_FILM_BAD, 0, sizeof bad, bad);
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "reading the count of bad samples");
     s->bad_samples = bad[BAD_COUNT];
     if (s->bad_samples == 0) return BRUME_OK;

@@ -25,6 +25,7 @@ static cl_int launch(brume_render *render, cl_kernel kernel, size_t at, size_t e
 
 cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups, uint32_t first, uint32_t samples,
                            cl_uint mode) {
+    if (render->crew) return brume_crew_launch(render, group, groups, first, samples, mode);
     cl_kernel kernel = brume_render_program_begin_launch(render);
     size_t narrow = render->stats.lanes / render->program.lanes; /* groups of a narrower program in one of ours */
     cl_int code = launch(render, kernel, group * narrow, (group + (size_t)groups) * narrow, first, samples, mode);
@@ -34,6 +35,7 @@ cl_int brume_render_launch(brume_render *render, uint32_t group, uint32_t groups
 
 cl_int brume_render_launch_units(brume_render *render, size_t unit, size_t units, uint32_t first, uint32_t samples,
                                  cl_uint mode) {
+    if (render->crew) return brume_crew_launch(render, (uint32_t)unit, (uint32_t)units, first, samples, mode);
     cl_kernel kernel = brume_render_program_begin_launch(render);
     cl_int code = launch(render, kernel, unit, unit + units, first, samples, mode);
     brume_render_program_end_launch(render);
@@ -53,7 +55,7 @@ brume_result brume_render_read_planes(brume_render *render, size_t planes, float
     size_t size = planes * brume_film_slot_count(&render->layout) * sizeof(float);
     float *data = malloc(size);
     if (!data) return brume_fail(context, BRUME_ERROR_MEMORY, "reading the film: out of memory");
-    cl_int code = clEnqueueReadBuffer(render->device->queue, render->planes, CL_TRUE, 0, size, data, 0, NULL, NULL);
+    cl_int code = brume_render_get(render, BRUME_FILM_PLANES, 0, size, data);
     if (code != CL_SUCCESS) {
         free(data);
         return brume_fail_cl(context, code, "reading the film");

@@ -113,7 +113,7 @@ static brume_result make_source(brume_render *render, uint32_t features, uint32_
     snprintf(options, sizeof options,
              "-DFEATURES=%u -DBVH_STACK=%u -DLOCAL_SIZE=%u -DSTRATEGY=%d -DINDIRECT=%d -DLAYOUT_LANES=%u%s%s",
              features, (stack_size + 15) / 16 * 16, (unsigned)render->local_size, (int)render->desc.strategy,
-             (int)render->desc.indirect, render->stats.lanes, lanes < render->stats.lanes ? " -DQUICK" : "",
+             (int)render->desc.indirect, render->stats.lanes, lanes < render->own_lanes ? " -DQUICK" : "",
              render->trace ? " -DTRACE" : "");
     return brume_program_source_make(render->device, "path.cl", lanes, render->desc.precision, options, out);
 }
@@ -162,18 +162,18 @@ static brume_result start_quickly(brume_render *render, uint32_t features, uint3
 brume_result brume_render_program_start(brume_render *render, uint32_t features, uint32_t stack_size) {
     brume_render_program *p = &render->program;
     p->start = brume_seconds();
-    p->lanes = render->stats.lanes;
+    p->lanes = render->own_lanes;
     memcpy(p->arguments, render->buffers, sizeof render->buffers);
     p->arguments[BRUME_SCENE_BUFFERS] = render->planes;
     p->arguments[BRUME_SCENE_BUFFERS + 1] = render->bad;
     p->arguments[BRUME_SCENE_BUFFERS + 2] = render->plan;
     p->arguments[BRUME_SCENE_BUFFERS + 3] = render->schedule;
     p->trace = render->trace;
-    BRUME_TRY(make_source(render, features, stack_size, render->stats.lanes, &p->source));
+    BRUME_TRY(make_source(render, features, stack_size, render->own_lanes, &p->source));
     p->folder = brume_program_cache_folder();
     if (open_cached(render)) return BRUME_OK;
     if (render->desc.quick_start && !render->desc.program_size && render->desc.lanes == 0 &&
-        render->stats.lanes > QUICK_LANES)
+        render->own_lanes > QUICK_LANES)
         return start_quickly(render, features, stack_size);
     BRUME_TRY(prepare(p, render->device, &p->source, render->device->queue, render->local_size, NULL, &p->program,
                       &p->kernel));
@@ -189,7 +189,7 @@ static void swap(brume_render *render) {
     p->program = p->wide;
     p->wide_kernel = NULL;
     p->wide = NULL;
-    p->lanes = render->stats.lanes;
+    p->lanes = render->own_lanes;
     render->stats.swap_seconds = brume_seconds() - p->start;
     render->stats.swapped_at_sample = render->samples_done;
     brume_info(render->device->context, "The program of %u lanes takes over", p->lanes);
@@ -206,7 +206,7 @@ static void look_for_wide(brume_render *render) {
         swap(render);
     else
         brume_warn(render->device->context, "%u lanes go on, as the program of %u failed: %s", p->lanes,
-                   render->stats.lanes, brume_context_message(p->device.context));
+                   render->own_lanes, brume_context_message(p->device.context));
 }
 
 cl_kernel brume_render_program_begin_launch(brume_render *render) {
@@ -226,7 +226,7 @@ void brume_render_program_end_launch(brume_render *render) {
  * did not want the whole picture does not want to wait for this. */
 static void keep(brume_render *render) {
     brume_render_program *p = &render->program;
-    cl_program program = p->wide ? p->wide : p->lanes == render->stats.lanes ? p->program : NULL;
+    cl_program program = p->wide ? p->wide : p->lanes == render->own_lanes ? p->program : NULL;
     if (!p->folder || !program || !render->stats.complete) return;
     brume_lock_exclusive(&launching);
     brume_program_cache_keep(render->device, p->folder, &p->source, program);

@@ -55,12 +55,12 @@ static brume_result begin_survey(survey *s) {
     if (r->ends) s->schedule = brume_render_make_schedule(r, &unused);
     if (!s->count || (r->ends && !s->schedule))
         return brume_fail(context, BRUME_ERROR_MEMORY, "going on after a failure: out of memory");
-    cl_int code = clFinish(r->device->queue);
+    cl_int code = r->crew ? CL_SUCCESS : clFinish(r->device->queue);
     if (code == CL_SUCCESS)
-        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * slots * sizeof *s->count,
-                                   slots * sizeof *s->count, s->count, 0, NULL, NULL);
+        code = brume_render_get(r, BRUME_FILM_PLANES, FILM_COUNT * slots * sizeof *s->count, slots * sizeof *s->count,
+                                s->count);
     if (code == CL_SUCCESS)
-        code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+        code = brume_render_get(r, BRUME_FILM_BAD, 0, sizeof bad, bad);
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "going on after a failure");
     s->dropped = (double)bad[BAD_COUNT] - r->pass.bad_before;
     return BRUME_OK;
@@ -130,6 +130,10 @@ static brume_result launch_missing(const survey *s) {
             return brume_fail(r->device->context, BRUME_ERROR_DEVICE,
                               "a launch broke off in the middle of a pixel's samples: the film can be read, but not "
                               "continued");
+    if (r->pass.doubtful_lanes != r->program.lanes && r->crew)
+        return brume_fail(r->device->context, BRUME_ERROR_DEVICE,
+                          "a launch of a program %u lanes wide is in doubt: one device can go on from there, not several",
+                          r->pass.doubtful_lanes);
     if (r->pass.doubtful_lanes != r->program.lanes) return launch_in_other_width(s, begin, end);
     for (size_t unit = begin, next; unit < end; unit = next) {
         int missing = look_at_unit(s, unit) == ABSENT;
@@ -150,7 +154,7 @@ static brume_result launch_missing(const survey *s) {
 
 int brume_render_shrink_launches(brume_render *render, uint32_t groups, cl_int code) {
     int want = code == CL_OUT_OF_RESOURCES || code == CL_MEM_OBJECT_ALLOCATION_FAILURE || code == CL_OUT_OF_HOST_MEMORY;
-    if (!want || groups < 2 || groups <= render->local_size) return 0;
+    if (!want || groups < 2 || groups <= render->local_size || render->crew) return 0; /* whose members do so */
     render->most_groups = groups / 2;
     brume_warn(render->device->context, "a launch of %u groups failed with %s: %u at most from now on", groups,
                brume_cl_error_name(code), render->most_groups);
@@ -163,12 +167,11 @@ brume_result brume_render_note_counts(brume_render *r) {
     cl_uint bad[BAD_SIZE];
     free(r->pass.counts);
     r->pass.counts = NULL;
-    cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof bad, bad, 0, NULL, NULL);
+    cl_int code = brume_render_get(r, BRUME_FILM_BAD, 0, sizeof bad, bad);
     if (code == CL_SUCCESS && bad[BAD_COUNT]) {
         r->pass.counts = malloc(size);
         if (!r->pass.counts) return brume_fail(context, BRUME_ERROR_MEMORY, "counting samples: out of memory");
-        code = clEnqueueReadBuffer(r->device->queue, r->planes, CL_TRUE, FILM_COUNT * size, size, r->pass.counts, 0,
-                                   NULL, NULL);
+        code = brume_render_get(r, BRUME_FILM_PLANES, FILM_COUNT * size, size, r->pass.counts);
     }
     if (code != CL_SUCCESS) return brume_fail_cl(context, code, "counting samples");
     r->pass.bad_before = bad[BAD_COUNT];

@@ -13,6 +13,7 @@
 #define LAUNCH_SECONDS 0.05
 enum {
     MAX_PASS_SAMPLES = 16,         /* enough for lanes to take turns, few enough for a picture that fills evenly */
+    MAX_CREW_SAMPLES = 64,         /* several devices move the film's slots to and fro for each */
     MAX_ADAPTIVE_SAMPLES = 256     /* a pass of some pixels only costs the schedule of all */
 };
 
@@ -68,7 +69,8 @@ static int report_progress(brume_render *r, run *now) {
 
 /* Groups that keep the whole device busy. */
 static size_t least_groups(const brume_render *render) {
-    return render->device->info.compute_units * render->local_size;
+    return render->crew ? brume_crew_least_groups(render->crew)
+                        : render->device->info.compute_units * render->local_size;
 }
 
 /* How many groups take about LAUNCH_SECONDS. Never fewer than keep the whole device busy: a smaller launch takes just
@@ -101,7 +103,7 @@ brume_result brume_render_write_schedule(brume_render *r) {
     cl_int *schedule = brume_render_make_schedule(r, &size);
     if (!schedule) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "placing samples: out of memory");
     cl_int code = CL_SUCCESS;
-    if (size) code = clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, size, schedule, 0, NULL, NULL);
+    if (size) code = brume_render_put(r, BRUME_FILM_SCHEDULE, 0, size, schedule);
     free(schedule);
     return code == CL_SUCCESS ? BRUME_OK : brume_fail_cl(r->device->context, code, "placing samples");
 }
@@ -112,7 +114,7 @@ static brume_result begin_pass(brume_render *r) {
     uint32_t left = r->stage_end - r->samples_done, power = 1;
     while (power <= r->samples_done) power *= 2;
     uint32_t size = r->samples_done ? power - r->samples_done : 1;
-    uint32_t most = r->ends ? MAX_ADAPTIVE_SAMPLES : MAX_PASS_SAMPLES;
+    uint32_t most = r->ends ? MAX_ADAPTIVE_SAMPLES : r->crew ? MAX_CREW_SAMPLES : MAX_PASS_SAMPLES;
     size = size < most ? size : most;
     double affordable = r->groups_per_second * LAUNCH_SECONDS / (double)least_groups(r);
     if (affordable < size) size = affordable > 1 ? (uint32_t)affordable : 1;
@@ -203,6 +205,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     run now = {brume_seconds(), render->work, brume_seconds(), callback, user};
     brume_result result = BRUME_OK;
     render->running_since = now.start;
+    if (render->crew) brume_crew_revive(render->crew);
     while (!render->finished && result == BRUME_OK) {
         if (__atomic_exchange_n(&render->cancelled, 0, __ATOMIC_RELAXED)) {
             result = BRUME_CANCELLED;
@@ -220,6 +223,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     if (callback && (result == BRUME_OK || result == BRUME_CANCELLED)) report_progress(render, &now);
     render->stats.render_seconds += brume_seconds() - now.start;
     render->running_since = 0;
+    if (render->crew) brume_crew_add_stats(render);
     if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
     BRUME_TRY(brume_render_count_bad(render));
     if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");

@@ -12,6 +12,7 @@
 /* Of the scene as the device has it, and what its numbers mean: what is not in there makes no difference. */
 static brume_result hash_scene(brume_render *r) {
     enum { PIECE = 1 << 20 };
+    const brume_render *holder = r->crew ? brume_crew_any(r->crew) : r;
     brume_sha256_state sum;
     uint8_t *piece = malloc(PIECE);
     cl_int code = CL_SUCCESS;
@@ -21,12 +22,13 @@ static brume_result hash_scene(brume_render *r) {
     brume_sha256_add(&sum, r->origin, sizeof r->origin);
     for (int i = 0; i < BRUME_SCENE_BUFFERS && code == CL_SUCCESS; i++) {
         size_t size = 0;
-        code = clGetMemObjectInfo(r->buffers[i], CL_MEM_SIZE, sizeof size, &size, NULL);
+        code = clGetMemObjectInfo(holder->buffers[i], CL_MEM_SIZE, sizeof size, &size, NULL);
         uint64_t length = size;
         brume_sha256_add(&sum, &length, sizeof length);
         for (size_t at = 0; at < size && code == CL_SUCCESS; at += PIECE) {
             size_t count = size - at < PIECE ? size - at : PIECE;
-            code = clEnqueueReadBuffer(r->device->queue, r->buffers[i], CL_TRUE, at, count, piece, 0, NULL, NULL);
+            code = clEnqueueReadBuffer(holder->device->queue, holder->buffers[i], CL_TRUE, at, count, piece, 0, NULL,
+                                       NULL);
             brume_sha256_add(&sum, piece, count);
         }
     }
@@ -51,7 +53,7 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
     const brume_render_stats *s = &r->stats;
     BRUME_TRY(find_hashes(r));
     memset(out, 0, sizeof *out);
-    cl_int code = clEnqueueReadBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof out->bad, out->bad, 0, NULL, NULL);
+    cl_int code = brume_render_get(r, BRUME_FILM_BAD, 0, sizeof out->bad, out->bad);
     if (code != CL_SUCCESS) return brume_fail_cl(r->device->context, code, "reading the count of bad samples");
     memcpy(out->scene, r->scene_hash, sizeof out->scene);
     memcpy(out->kernels, r->kernel_hash, sizeof out->kernels);
@@ -121,16 +123,16 @@ static brume_result fill_head(brume_render *r, brume_checkpoint_head *out) {
 
 /* What the device holds in slots. */
 typedef struct planes {
-    cl_mem buffer;
+    brume_film_part part;
     uint32_t count;
     size_t size; /* bytes of a value */
 } planes;
 
 static planes film_of(const brume_render *r) {
-    return (planes){r->planes, (uint32_t)brume_film_plane_count(brume_render_recorded(r)), sizeof(float)};
+    return (planes){BRUME_FILM_PLANES, (uint32_t)brume_film_plane_count(brume_render_recorded(r)), sizeof(float)};
 }
 
-static planes plan_of(const brume_render *r) { return (planes){r->plan, r->needs_pilot ? EVERY_LAMP : 0, 1}; }
+static planes plan_of(const brume_render *r) { return (planes){BRUME_FILM_PLAN, r->needs_pilot ? EVERY_LAMP : 0, 1}; }
 
 /* Plane by plane from the device into the file, in the order of rows. */
 static brume_result append_planes(const brume_render *r, planes p, brume_checkpoint_writer *writer) {
@@ -141,7 +143,7 @@ static brume_result append_planes(const brume_render *r, planes p, brume_checkpo
     int has_memory = slots && rows;
     for (uint32_t plane = 0; plane < p.count && code == CL_SUCCESS && has_memory; plane++) {
         uint8_t *to = rows;
-        code = clEnqueueReadBuffer(r->device->queue, p.buffer, CL_TRUE, plane * size, size, slots, 0, NULL, NULL);
+        code = brume_render_get(r, p.part, plane * size, size, slots);
         for (uint32_t y = 0; y < l->height; y++)
             for (uint32_t x = 0; x < l->width; x++, to += p.size)
                 memcpy(to, slots + brume_film_slot_of(l, x, y) * p.size, p.size);
@@ -154,7 +156,7 @@ static brume_result append_planes(const brume_render *r, planes p, brume_checkpo
 }
 
 /* And back, with room for a plane. */
-static cl_int upload_planes(const brume_render *r, planes p, const uint8_t *rows, uint8_t *slots) {
+static cl_int upload_planes(brume_render *r, planes p, const uint8_t *rows, uint8_t *slots) {
     const brume_film_layout *l = &r->layout;
     size_t size = brume_film_slot_count(l) * p.size;
     cl_int code = CL_SUCCESS;
@@ -163,7 +165,7 @@ static cl_int upload_planes(const brume_render *r, planes p, const uint8_t *rows
         for (uint32_t y = 0; y < l->height; y++)
             for (uint32_t x = 0; x < l->width; x++, rows += p.size)
                 memcpy(slots + brume_film_slot_of(l, x, y) * p.size, rows, p.size);
-        code = clEnqueueWriteBuffer(r->device->queue, p.buffer, CL_TRUE, plane * size, size, slots, 0, NULL, NULL);
+        code = brume_render_put(r, p.part, plane * size, size, slots);
     }
     return code;
 }
@@ -235,13 +237,11 @@ static brume_result check_progress(brume_render *r, const char *path, const brum
 static brume_result upload(brume_render *r, const brume_checkpoint *c, const brume_checkpoint_state *s) {
     uint8_t *slots = malloc(brume_film_slot_count(&r->layout) * sizeof(float));
     if (!slots) return brume_fail(r->device->context, BRUME_ERROR_MEMORY, "writing the film: out of memory");
-    cl_int code = clEnqueueWriteBuffer(r->device->queue, r->bad, CL_TRUE, 0, sizeof c->head.bad, c->head.bad, 0, NULL,
-                                       NULL);
+    cl_int code = brume_render_put(r, BRUME_FILM_BAD, 0, sizeof c->head.bad, c->head.bad);
     if (code == CL_SUCCESS) code = upload_planes(r, plan_of(r), c->rest, slots);
     if (code == CL_SUCCESS) code = upload_planes(r, film_of(r), (const uint8_t *)c->planes, slots);
     if (code == CL_SUCCESS && s->schedule)
-        code = clEnqueueWriteBuffer(r->device->queue, r->schedule, CL_TRUE, 0, s->schedule_size, s->schedule, 0, NULL,
-                                    NULL);
+        code = brume_render_put(r, BRUME_FILM_SCHEDULE, 0, s->schedule_size, s->schedule);
     free(slots);
     if (code == CL_SUCCESS) return BRUME_OK;
     brume_fail_cl(r->device->context, code, "writing the film");

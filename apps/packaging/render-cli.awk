@@ -86,7 +86,7 @@ function kind(c, i,    a) {
     a = argument[c, i]
     if (a == "FILE") return "file"
     if (a == "DIR") return "folder"
-    if (a == "I|NAME") return "device"
+    if (a ~ /^I\|NAME/) return "device"
     return words(c, i) != "" ? "words" : "none"
 }
 

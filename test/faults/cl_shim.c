@@ -26,6 +26,8 @@ static cl_fault fault;
 static cl_ulong memory_all, memory_at_once;
 static double speed, now, longest;
 static size_t most_items;
+static cl_command_queue dragged[2];
+static double drags[2];
 static __thread int inside;
 
 static const char *const names[CL_FUNCTION_COUNT] = {
@@ -34,7 +36,8 @@ static const char *const names[CL_FUNCTION_COUNT] = {
     "clCreateProgramWithBinary", "clBuildProgram", "clGetProgramInfo", "clGetProgramBuildInfo", "clCreateKernel", "clCreateKernelsInProgram",
     "clSetKernelArg", "clEnqueueFillBuffer", "clEnqueueReadBuffer", "clEnqueueWriteBuffer",
     "clEnqueueNDRangeKernel", "clFinish", "clReleaseMemObject", "clReleaseKernel", "clReleaseProgram",
-    "clReleaseCommandQueue", "clReleaseContext"};
+    "clReleaseCommandQueue", "clReleaseContext", "clEnqueueReadBufferRect", "clEnqueueWriteBufferRect",
+    "clCreateSubDevices", "clReleaseDevice"};
 
 const char *cl_shim_name(cl_function function) { return names[function]; }
 
@@ -66,6 +69,10 @@ static const cl_int errors[CL_FUNCTION_COUNT][8] = {
     {CL_INVALID_PROGRAM, WANT},
     {CL_INVALID_COMMAND_QUEUE, WANT},
     {CL_INVALID_CONTEXT, WANT},
+    {CL_INVALID_COMMAND_QUEUE, CL_MEM_OBJECT_ALLOCATION_FAILURE, WANT},
+    {CL_INVALID_COMMAND_QUEUE, CL_MEM_OBJECT_ALLOCATION_FAILURE, WANT},
+    {CL_DEVICE_PARTITION_FAILED, CL_INVALID_DEVICE_PARTITION_COUNT, WANT},
+    {CL_INVALID_DEVICE, WANT},
 };
 
 const cl_int *cl_shim_errors(cl_function function) { return errors[function]; }
@@ -81,6 +88,7 @@ const char *cl_shim_error_name(cl_int code) {
     NAME(CL_INVALID_KERNEL_NAME); NAME(CL_INVALID_KERNEL_DEFINITION); NAME(CL_INVALID_KERNEL);
     NAME(CL_INVALID_ARG_INDEX); NAME(CL_INVALID_ARG_VALUE); NAME(CL_INVALID_ARG_SIZE); NAME(CL_INVALID_KERNEL_ARGS);
     NAME(CL_INVALID_WORK_GROUP_SIZE); NAME(CL_INVALID_OPERATION); NAME(CL_INVALID_BUFFER_SIZE);
+    NAME(CL_DEVICE_PARTITION_FAILED); NAME(CL_INVALID_DEVICE_PARTITION_COUNT);
     case -1001: return "CL_PLATFORM_NOT_FOUND_KHR";
     }
 #undef NAME
@@ -136,6 +144,12 @@ void cl_shim_set_speed(double seconds_per_sample) {
 
 double cl_shim_longest_launch(void) { return longest; }
 void cl_shim_set_most_items(size_t items) { most_items = items; }
+
+void cl_shim_set_drag(int which, cl_command_queue queue, double seconds_per_sample) {
+    dragged[which] = queue;
+    drags[which] = seconds_per_sample;
+}
+
 int cl_shim_inside(void) { return inside; }
 
 /* The call's error, CL_SUCCESS for none. */
@@ -276,11 +290,36 @@ PLAIN(CL_ENQUEUE_WRITE_BUFFER, clEnqueueWriteBuffer,
       (cl_command_queue queue, cl_mem buffer, cl_bool blocking, size_t offset, size_t size, const void *from,
        cl_uint waits, const cl_event *wait, cl_event *event),
       (queue, buffer, blocking, offset, size, from, waits, wait, event))
+PLAIN(CL_ENQUEUE_READ_BUFFER_RECT, clEnqueueReadBufferRect,
+      (cl_command_queue queue, cl_mem buffer, cl_bool blocking, const size_t *at, const size_t *to_at,
+       const size_t *region, size_t row, size_t slice, size_t to_row, size_t to_slice, void *to, cl_uint waits,
+       const cl_event *wait, cl_event *event),
+      (queue, buffer, blocking, at, to_at, region, row, slice, to_row, to_slice, to, waits, wait, event))
+PLAIN(CL_ENQUEUE_WRITE_BUFFER_RECT, clEnqueueWriteBufferRect,
+      (cl_command_queue queue, cl_mem buffer, cl_bool blocking, const size_t *at, const size_t *from_at,
+       const size_t *region, size_t row, size_t slice, size_t from_row, size_t from_slice, const void *from,
+       cl_uint waits, const cl_event *wait, cl_event *event),
+      (queue, buffer, blocking, at, from_at, region, row, slice, from_row, from_slice, from, waits, wait, event))
 RELEASE(CL_RELEASE_MEM_OBJECT, cl_mem, clReleaseMemObject)
 RELEASE(CL_RELEASE_KERNEL, cl_kernel, clReleaseKernel)
 RELEASE(CL_RELEASE_PROGRAM, cl_program, clReleaseProgram)
 RELEASE(CL_RELEASE_COMMAND_QUEUE, cl_command_queue, clReleaseCommandQueue)
 RELEASE(CL_RELEASE_CONTEXT, cl_context, clReleaseContext)
+RELEASE(CL_RELEASE_DEVICE, cl_device_id, clReleaseDevice)
+
+CL_API_ENTRY cl_int CL_API_CALL clCreateSubDevices(cl_device_id device, const cl_device_partition_property *how,
+                                                   cl_uint room, cl_device_id *out, cl_uint *number) {
+    cl_manner manner;
+    cl_int code = meet(CL_CREATE_SUB_DEVICES, &manner);
+    if (code != CL_SUCCESS) return code;
+    cl_int(CL_API_CALL *call)(cl_device_id, const cl_device_partition_property *, cl_uint, cl_device_id *, cl_uint *);
+    *(void **)&call = real("clCreateSubDevices");
+    enter();
+    code = call(device, how, room, out, number);
+    leave();
+    if (code == CL_SUCCESS) count((int)*number);
+    return code;
+}
 
 CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, cl_device_info what, size_t size, void *value,
                                                 size_t *needed) {
@@ -300,7 +339,8 @@ CL_API_ENTRY cl_int CL_API_CALL clGetDeviceInfo(cl_device_id device, cl_device_i
 
 /* ---- launches -------------------------------------------------------------------------------------------------- */
 
-static cl_uint samples_of_launch; /* the last but one argument of brume's kernel */
+static cl_uint samples_of_launch; /* the last but one argument of brume's kernel, set by the main thread */
+static __thread cl_uint samples_of_this; /* by any */
 
 CL_API_ENTRY cl_int CL_API_CALL clSetKernelArg(cl_kernel kernel, cl_uint index, size_t size, const void *value) {
     cl_manner manner;
@@ -311,8 +351,9 @@ CL_API_ENTRY cl_int CL_API_CALL clSetKernelArg(cl_kernel kernel, cl_uint index, 
     enter();
     code = call(kernel, index, size, value);
     leave();
+    if (index == 26 && size == sizeof samples_of_this) memcpy(&samples_of_this, value, sizeof samples_of_this);
     if (index == 26 && size == sizeof samples_of_launch && pthread_equal(pthread_self(), main_thread))
-        memcpy(&samples_of_launch, value, sizeof samples_of_launch);
+        samples_of_launch = samples_of_this;
     return code;
 }
 
@@ -339,6 +380,12 @@ CL_API_ENTRY cl_int CL_API_CALL clEnqueueNDRangeKernel(cl_command_queue queue, c
         double seconds = speed * (double)items * samples_of_launch;
         now += seconds;
         if (seconds > longest) longest = seconds;
+    }
+    for (int i = 0; i < 2; i++) {
+        if (queue != dragged[i]) continue;
+        double seconds = drags[i] * (double)items * samples_of_this;
+        struct timespec time = {(time_t)seconds, (long)(1e9 * (seconds - (double)(time_t)seconds))};
+        nanosleep(&time, NULL);
     }
     return code != CL_SUCCESS ? code : done;
 }

@@ -16,7 +16,8 @@ typedef enum cl_function {
     CL_CREATE_PROGRAM_WITH_BINARY, CL_BUILD_PROGRAM, CL_GET_PROGRAM_INFO, CL_GET_PROGRAM_BUILD_INFO, CL_CREATE_KERNEL, CL_CREATE_KERNELS_IN_PROGRAM,
     CL_SET_KERNEL_ARG, CL_ENQUEUE_FILL_BUFFER, CL_ENQUEUE_READ_BUFFER, CL_ENQUEUE_WRITE_BUFFER,
     CL_ENQUEUE_ND_RANGE_KERNEL, CL_FINISH, CL_RELEASE_MEM_OBJECT, CL_RELEASE_KERNEL, CL_RELEASE_PROGRAM,
-    CL_RELEASE_COMMAND_QUEUE, CL_RELEASE_CONTEXT,
+    CL_RELEASE_COMMAND_QUEUE, CL_RELEASE_CONTEXT, CL_ENQUEUE_READ_BUFFER_RECT, CL_ENQUEUE_WRITE_BUFFER_RECT,
+    CL_CREATE_SUB_DEVICES, CL_RELEASE_DEVICE,
     CL_FUNCTION_COUNT
 } cl_function;
 
@@ -65,6 +66,9 @@ void cl_shim_set_memory(cl_ulong all, cl_ulong at_once);
 void cl_shim_set_speed(double seconds_per_sample);
 /* The longest launch since then, in these seconds, and how many there were. */
 double cl_shim_longest_launch(void);
+/* Launches on this queue, the first or the second of two, take so many seconds more for a sample of a work-item; NULL
+ * and 0: they don't. */
+void cl_shim_set_drag(int which, cl_command_queue queue, double seconds_per_sample);
 /* Launches that need more work-items than this fail with CL_OUT_OF_RESOURCES; 0: none. */
 void cl_shim_set_most_items(size_t items);
 /* Whether the thread is in a call of libOpenCL's: what it allocates there is the driver's. */
