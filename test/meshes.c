@@ -68,6 +68,58 @@ test_mesh test_mesh_sphere(uint32_t rings, uint32_t sectors, double bumps) {
     return m;
 }
 
+/* The middle of an edge, pushed out onto the sphere: the same vertex for both of its triangles. */
+static uint32_t middle_of(test_mesh *m, uint32_t (*edges)[3], uint32_t *edge_count, uint32_t a, uint32_t b) {
+    uint32_t low = a < b ? a : b, high = a < b ? b : a;
+    for (uint32_t i = 0; i < *edge_count; i++)
+        if (edges[i][0] == low && edges[i][1] == high) return edges[i][2];
+    double p[3], r2 = 0;
+    for (int k = 0; k < 3; k++) {
+        p[k] = (double)m->positions[3 * a + k] + m->positions[3 * b + k];
+        r2 += p[k] * p[k];
+    }
+    for (int k = 0; k < 3; k++) m->positions[3 * m->vertex_count + k] = (float)(p[k] / sqrt(r2));
+    edges[*edge_count][0] = low;
+    edges[*edge_count][1] = high;
+    return edges[(*edge_count)++][2] = m->vertex_count++;
+}
+
+test_mesh test_mesh_icosphere(uint32_t levels) {
+    static const int faces[20][3] = {{0, 11, 5}, {0, 5, 1}, {0, 1, 7}, {0, 7, 10}, {0, 10, 11}, {1, 5, 9}, {5, 11, 4},
+                                     {11, 10, 2}, {10, 7, 6}, {7, 1, 8}, {3, 9, 4}, {3, 4, 2}, {3, 2, 6}, {3, 6, 8},
+                                     {3, 8, 9}, {4, 9, 5}, {2, 4, 11}, {6, 2, 10}, {8, 6, 7}, {9, 8, 1}};
+    const double one = 0.5257311121191336, golden = 0.8506508083520399;
+    uint32_t most = 20u << (2 * levels);
+    test_mesh m = allocate(most / 2 + 2, most);
+    uint32_t(*edges)[3] = malloc((3 * (size_t)most / 8 + 1) * sizeof *edges);
+    if (!edges) abort();
+    for (int i = 0; i < 12; i++) { /* (+-one, +-golden, 0) and its rotations */
+        int turn = i / 4;
+        m.positions[3 * i + turn] = (float)(i % 2 ? one : -one);
+        m.positions[3 * i + (turn + 1) % 3] = (float)(i % 4 < 2 ? golden : -golden);
+    }
+    for (uint32_t i = 0; i < 20; i++)
+        set_triangle(&m, i, (uint32_t)faces[i][0], (uint32_t)faces[i][1], (uint32_t)faces[i][2]);
+    m.vertex_count = 12;
+    m.triangle_count = 20;
+    for (uint32_t level = 0; level < levels; level++) {
+        uint32_t edge_count = 0, count = m.triangle_count;
+        for (uint32_t i = 0; i < count; i++) {
+            const int *v = m.triangles[i].v;
+            uint32_t a = (uint32_t)v[0], b = (uint32_t)v[1], c = (uint32_t)v[2];
+            uint32_t ab = middle_of(&m, edges, &edge_count, a, b), bc = middle_of(&m, edges, &edge_count, b, c);
+            uint32_t ca = middle_of(&m, edges, &edge_count, c, a), at = m.triangle_count;
+            set_triangle(&m, i, ab, bc, ca);
+            set_triangle(&m, at, a, ab, ca);
+            set_triangle(&m, at + 1, b, bc, ab);
+            set_triangle(&m, at + 2, c, ca, bc);
+            m.triangle_count += 3;
+        }
+    }
+    free(edges);
+    return m;
+}
+
 test_mesh test_mesh_terrain(uint32_t cells) {
     test_mesh m = allocate((cells + 1) * (cells + 1), 2 * cells * cells);
     uint64_t seed = 77;

@@ -23,6 +23,9 @@ test_mesh test_mesh_soup(uint32_t count, double spread, double size, uint64_t se
 /* A closed surface around 0, radius 1 +- bumps; shared vertices; outward winding. */
 test_mesh test_mesh_sphere(uint32_t rings, uint32_t sectors, double bumps);
 
+/* A closed sphere of radius 1: an icosahedron, each triangle cut into 4 `levels` times; shared vertices. */
+test_mesh test_mesh_icosphere(uint32_t levels);
+
 /* A height field over [-1, 1]^2 with x, y on an exact grid. */
 test_mesh test_mesh_terrain(uint32_t cells);
 

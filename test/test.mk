@@ -3,8 +3,8 @@
 
 ##@ Tests
 
-.PHONY: test trust fuzz stability exhaustive check-platform identity check-abi check-threads check-cl check-oclgrind \
-        check-intel crosscheck check-study check-pictures check-blender check-slurm check-help check-readme fuzzers \
+.PHONY: test trust fuzz stability exhaustive watertight check-platform identity check-abi check-threads check-cl \
+        check-oclgrind check-intel crosscheck check-study check-pictures check-blender check-slurm check-help check-readme fuzzers \
         threads-checked
 
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
@@ -74,6 +74,11 @@ $(build)/test/fuzz/fuzz_%: $(build)/test/fuzz/drive_%.o $(fuzzable) $(build)/lib
 ## exhaustive: test/exhaustive.md: the kernels' functions over every float, half an hour; ARGS="lexp": only that
 exhaustive: $(build)/test/measure_exhaustive
 	BRUME_CACHE_DIR= $(build)/test/measure_exhaustive test/exhaustive.md $(ARGS)
+
+RAYS ?= 1e9
+## watertight: rays from within closed meshes by every traversal, none of which may get out; 20 minutes; RAYS=1e8
+watertight: $(build)/test/test_watertight
+	BRUME_WATERTIGHT_RAYS=$(RAYS) BRUME_CACHE_DIR= BRUME_BUILD=$(build) $(build)/test/test_watertight
 
 ## check-platform: POSIX, GNU and Windows are asked in platform files alone
 check-platform: | $(first)
