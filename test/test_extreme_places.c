@@ -69,6 +69,43 @@ static void lamp_at_the_camera_before_walls_of_any_size(void **state) {
     assert_true(wrong > TOLERANCE);
 }
 
+/* A ball of radius 1 on a plain of 1e8 units, and what one ray straight down sees of the plain: the point in which the
+ * line from the lamp ends that passes the ball's centre at a distance of 1 + by. */
+static double ball_on_a_plain(double by, double *lit) {
+    const double lamp_x = -3, lamp_height = 4, away = hypot(lamp_x, lamp_height - 1);
+    const double down = atan2(lamp_height - 1, -lamp_x) - asin((1 + by) / away), x = lamp_x + lamp_height / tan(down);
+    view v = along_z;
+    brume_scene *scene = new_scene(2, 4);
+    brume_shape_desc ball = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
+    v.origin[0] = x;
+    v.origin[2] = -3;
+    set_camera(scene, &v, BRUME_NONE);
+    add_wall(scene, 0, 1e8, REFLECTANCE);
+    ball.center[2] = -1;
+    must(brume_scene_add_shape(scene, &ball, NULL));
+    add_point(scene, lamp_x, 0, -lamp_height);
+    double far = hypot(x - lamp_x, lamp_height);
+    *lit = REFLECTANCE / PI * lamp_height / (far * far * far);
+    return look(scene);
+}
+
+static void shadow_on_a_plain(void **state) {
+    double lit, beside, within;
+    (void)state;
+    NEEDS_DEVICE();
+    beside = ball_on_a_plain(1e-5, &lit);
+    stability_row("extreme", "beside a ball's shadow on a plain of 1e8 units", "closed form", "relative", TOLERANCE,
+                  fabs(beside / lit - 1), "1e-5 off the silhouette");
+    within = ball_on_a_plain(-1e-5, &lit);
+    stability_row("extreme", "in a ball's shadow on a plain of 1e8 units", "nothing", "radiance", 0, within,
+                  "1e-5 within the silhouette");
+    planted_bug("geometry.h", "(size > LARGE_TRIANGLE * from)", "(size > R(1e30) * from)");
+    double wrong = fabs(ball_on_a_plain(1e-5, &lit) / lit - 1);
+    planted_remove();
+    print_message("weights as they are: off by %.2e\n", wrong);
+    assert_true(wrong > TOLERANCE);
+}
+
 static void lamp_on_a_surface(void **state) {
     brume_scene *scene;
     (void)state;
@@ -167,6 +204,7 @@ static void lamp_on_the_ray(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(lamp_at_the_camera_before_walls_of_any_size),
+        cmocka_unit_test(shadow_on_a_plain),
         cmocka_unit_test(lamp_on_a_surface),
         cmocka_unit_test(lamp_in_a_ball),
         cmocka_unit_test(lamp_in_another_medium),

@@ -2,9 +2,7 @@
  * to 1e6, turned, brightened, in another order, in other pieces.
  *
  * Where the telling changes no digit, the pictures have the same bits. Else the pixels' differences, which are
- * independent, must have a mean of 0: over the picture and each quarter of it, per channel, within six of their
- * standard errors (p = 1e-7 each, some hundreds of them in all), and DRIFT for rounding. Each telling has a variant
- * that must be noticed.
+ * independent, must have a mean of 0 (same_picture.h). Each telling has a variant that must be noticed.
  */
 #include <stdarg.h>
 #include <stddef.h>
@@ -18,73 +16,14 @@
 
 #include "airlight.h"
 #include "planted.h"
+#include "same_picture.h"
 #include "stability.h"
 #include "stage.h"
 
-#define DRIFT 5e-6
-#define MOST_ERRORS 6.0
-
-enum { SAMPLES = 64, FEW = 8, VALUES = PIXELS * PIXELS * 3, BLOCK = 8 };
-
-typedef struct picture {
-    float mean[VALUES], variance[VALUES]; /* of the mean */
-} picture;
+enum { SAMPLES = 64, FEW = 8 };
 
 static void see(const stage *told, uint32_t samples, picture *out) {
-    brume_scene *scene = stage_scene(told, samples);
-    brume_render_desc desc = brume_render_desc_default();
-    brume_render *render = NULL;
-    brume_render_stats stats;
-    desc.guides = 0;
-    must(brume_render_create(device, scene, &desc, &render));
-    must(brume_render_run(render, NULL, NULL));
-    must(brume_render_read(render, BRUME_CHANNEL_RADIANCE, out->mean, VALUES));
-    must(brume_render_read(render, BRUME_CHANNEL_VARIANCE, out->variance, VALUES));
-    must(brume_render_get_stats(render, &stats));
-    assert_int_equal(stats.bad_samples, 0);
-    brume_render_destroy(render);
-    brume_scene_destroy(scene);
-}
-
-/* How many values are not the others times `factor`, a power of two. */
-static int differing(const picture *a, const picture *b, double factor) {
-    int count = 0;
-    for (int i = 0; i < VALUES; i++)
-        count += !((double)b->mean[i] == factor * (double)a->mean[i]);
-    return count;
-}
-
-/* The mean difference of a square of pixels in one channel, beyond DRIFT, in its standard errors: by the spread of the
- * differences, which is small where both pictures have the same noise, or by that of the samples, which no error of the
- * picture enlarges. */
-static double square_apart(const picture *a, const picture *b, int left, int top, int size, int channel) {
-    const int n = size * size;
-    double sum = 0, squares = 0, level = 0, variance = 0;
-    for (int pass = 0; pass < 2; pass++)
-        for (int i = 0; i < n; i++) {
-            int at = 3 * ((top + i / size) * PIXELS + left + i % size) + channel;
-            double d = (double)b->mean[at] - a->mean[at];
-            if (pass == 0) {
-                sum += d;
-                level += a->mean[at];
-                variance += (double)a->variance[at] + b->variance[at];
-            } else {
-                squares += (d - sum / n) * (d - sum / n);
-            }
-        }
-    double beyond = fabs(sum) - DRIFT * fabs(level);
-    return beyond <= 0 ? 0 : beyond / sqrt(fmin(variance, squares * n / (n - 1.0)));
-}
-
-static double errors_apart(const picture *a, const picture *b) {
-    double most = 0;
-    for (int c = 0; c < 3; c++) {
-        most = fmax(most, square_apart(a, b, 0, 0, PIXELS, c));
-        for (int y = 0; y < PIXELS; y += BLOCK)
-            for (int x = 0; x < PIXELS; x += BLOCK)
-                most = fmax(most, square_apart(a, b, x, y, BLOCK, c));
-    }
-    return most;
+    picture_render(stage_scene(told, samples), out);
 }
 
 static void same_bits(const stage *told, const stage *other, const char *name, double factor) {
@@ -92,24 +31,24 @@ static void same_bits(const stage *told, const stage *other, const char *name, d
     see(told, FEW, &a);
     see(other, FEW, &b);
     stability_row("invariance", name, "the untold scene, bit for bit", "values that differ", 0,
-                  differing(&a, &b, factor), told->fog ? "fog" : "surfaces");
+                  picture_differing(&a, &b, factor), told->fog ? "fog" : "surfaces");
 }
 
 static void same_mean(const stage *told, const stage *other, const char *name) {
     picture a, b;
     see(told, SAMPLES, &a);
     see(other, SAMPLES, &b);
-    stability_row("invariance", name, "the untold scene", "standard errors", MOST_ERRORS, errors_apart(&a, &b),
-                  told->fog ? "fog" : "surfaces");
+    stability_row("invariance", name, "the untold scene", "standard errors", PICTURE_MOST_ERRORS,
+                  picture_errors_apart(&a, &b), told->fog ? "fog" : "surfaces");
 }
 
 static void must_be_noticed(const stage *told, const stage *other, const char *what, uint32_t samples) {
     picture a, b;
     see(told, samples, &a);
     see(other, samples, &b);
-    double apart = errors_apart(&a, &b);
-    print_message("%s: %.1f standard errors, %d values differ\n", what, apart, differing(&a, &b, 1));
-    if (!(samples == FEW ? differing(&a, &b, 1) > 0 : apart > MOST_ERRORS))
+    double apart = picture_errors_apart(&a, &b);
+    print_message("%s: %.1f standard errors, %d values differ\n", what, apart, picture_differing(&a, &b, 1));
+    if (!(samples == FEW ? picture_differing(&a, &b, 1) > 0 : apart > PICTURE_MOST_ERRORS))
         fail_msg("%s was not noticed", what);
 }
 
@@ -242,10 +181,10 @@ static void scattered_backwards(void **state) {
     (void)state;
     NEEDS_DEVICE();
     for (int i = 0; i < 3; i++)
-        stability_row("invariance", "g negated, lamps mirrored", "the untold scene", "relative", DRIFT,
+        stability_row("invariance", "g negated, lamps mirrored", "the untold scene", "relative", PICTURE_DRIFT,
                       backwards_off_by(gs[i]), "g = %g", gs[i]);
     planted_bug("beam.h", "s = phase_g < R(0) ? -s : s;", "");
-    assert_true(backwards_off_by(0.3) > DRIFT);
+    assert_true(backwards_off_by(0.3) > PICTURE_DRIFT);
     planted_remove();
 }
 

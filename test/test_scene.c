@@ -146,6 +146,9 @@ static void test_media(void **state) {
     BAD(medium, (), d.emission[0] = -0.5f, "emission");
     BAD(medium, (), d.g = 1, "g must");
     BAD(medium, (), d.g = -1, "g must");
+    BAD(medium, (), d.g = 1.5f, "g must");
+    BAD(medium, (), d.g = -1.5f, "g must");
+    BAD(medium, (), d.g = INFINITY, "g must");
     BAD(medium, (), d.g = NAN, "g must");
     REFUSED(brume_scene_add_medium(f->scene, NULL, &id), "NULL");
 }

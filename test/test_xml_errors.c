@@ -210,6 +210,13 @@ static const bad_file bad_files[] = {
      "scene.xml:3:3: unknown property 'sigma_s' of homogeneous; did you mean 'sigma_t'?"},
     {MEDIUM("<phase type=\"hg\">" V("float", "g", "1") "</phase>"),
      "scene.xml:3:20: property 'g' of hg must be in (-1, 1)"},
+    {MEDIUM("<phase type=\"hg\">" V("float", "g", "-1") "</phase>"),
+     "scene.xml:3:20: property 'g' of hg must be in (-1, 1)"},
+    {MEDIUM("<phase type=\"hg\">" V("float", "g", "1.5") "</phase>"),
+     "scene.xml:3:20: property 'g' of hg must be in (-1, 1)"},
+    {MEDIUM("<phase type=\"hg\">" V("float", "g", "0.99999999") "</phase>"), /* 1 as a float */
+     "scene.xml:3:20: property 'g' of hg must be in (-1, 1)"},
+    {MEDIUM("<phase type=\"hg\">" V("float", "g", "nan") "</phase>"), "scene.xml:3:20: 'nan' is not a number"},
     {MEDIUM("<phase type=\"hg\"/><phase type=\"hg\"/>"), "scene.xml:2:1: a medium has at most one <phase>"},
     {MEDIUM("<volume name=\"albedo\" type=\"gridvolume\"/>"),
      "scene.xml:3:3: a <volume> for property 'albedo' of homogeneous is not supported yet"},
