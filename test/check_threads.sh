@@ -55,10 +55,11 @@ plant() {
 }
 
 # The cancel flag as if one thread used it; who waits for the wide program without an order; state of the whole process;
-# and pieces of work that threads count off as if one did.
+# and pieces of work, or groups of a film, that threads count off as if one did.
 plant render_run.c '__atomic_store_n(&render->cancelled, 1, __ATOMIC_RELAXED)' 'render->cancelled = 1'
 plant render_program.c '__atomic_store_n(&p->state, build_wide(p), __ATOMIC_RELEASE)' 'p->state = build_wide(p)'
 plant parallel.c '__atomic_fetch_add(&j->next, 1, __ATOMIC_RELAXED)' 'j->next++'
+plant crew.c '__atomic_load_n(&crew->job.next, __ATOMIC_RELAXED), take' 'crew->job.next, take'
 plant context.c 'context->references = 1;' 'static int contexts; context->references = 1 + 0 * ++contexts;'
 
 [ $bad -eq 0 ] && echo "check-threads: no race in test_threads, and every planted one found"

@@ -1,6 +1,6 @@
 /* test_threads.c -- contexts in several threads are independent: films to the bit, error messages, and a render that
- * another thread cancels; and a hierarchy that several threads build. `make check-threads` runs it under
- * ThreadSanitizer. */
+ * another thread cancels; a hierarchy that several threads build, and a film that several devices share. `make
+ * check-threads` runs it under ThreadSanitizer. */
 #include <setjmp.h>
 #include <stdarg.h>
 #include <stddef.h>
@@ -23,6 +23,7 @@ enum { WIDTH = 61, HEIGHT = 47, FLOATS = 3 * WIDTH * HEIGHT, LOADS = 60 };
 typedef struct job {
     int kind;
     uint32_t samples, lanes, quick_start;
+    int in_halves;              /* of the device, which share the render */
     int cancelled; /* how often run came back so: it is then called again */
     brume_render *render;
     int awaits;                 /* somebody who has cancelled once */
@@ -32,6 +33,16 @@ typedef struct job {
     float film[FLOATS];
 } job;
 
+static brume_result open_in_halves(brume_context *own, brume_device **out) {
+    brume_device *halves[2] = {NULL, NULL};
+    brume_result result = brume_device_open_part(own, BRUME_DEVICE_ANY, 0, 2, &halves[0]);
+    if (!result) result = brume_device_open_part(own, BRUME_DEVICE_ANY, 1, 2, &halves[1]);
+    if (!result) result = brume_device_join(halves, 2, out);
+    brume_device_destroy(halves[0]);
+    brume_device_destroy(halves[1]);
+    return result;
+}
+
 static brume_result run(job *j, brume_context *own) {
     brume_device *opened = NULL;
     brume_scene *scene = NULL;
@@ -39,7 +50,8 @@ static brume_result run(job *j, brume_context *own) {
     desc.sample_count = j->samples;
     desc.lanes = j->lanes;
     desc.quick_start = j->quick_start;
-    brume_result result = brume_device_open(own, BRUME_DEVICE_ANY, &opened);
+    brume_result result = j->in_halves ? open_in_halves(own, &opened)
+                                       : brume_device_open(own, BRUME_DEVICE_ANY, &opened);
     if (!result)
         result = ball_in_fog(own, j->kind ? BRUME_LIGHT_CONSTANT : BRUME_LIGHT_POINT, WIDTH, HEIGHT, &scene);
     if (!result) result = brume_render_create(opened, scene, &desc, &j->render);
@@ -110,6 +122,24 @@ static void two_threads_give_the_films_of_one(void **state) {
     at_once(0, 1);
     assert_memory_equal(first.film, expected[0], sizeof first.film);
     assert_memory_equal(second.film, expected[1], sizeof second.film);
+}
+
+/* ---- several devices ------------------------------------------------------------------------------------------- */
+
+/* Each has a thread while a launch lasts. */
+static void two_devices_give_the_film_of_one(void **state) {
+    (void)state;
+    brume_device *none = NULL;
+    if (!device || open_in_halves(context, &none) != BRUME_OK) skip();
+    brume_device_destroy(none);
+    start(&alone, 0, 64, 1, 0);
+    work(&alone);
+    finish(&alone);
+    start(&first, 0, 64, 1, 0);
+    first.in_halves = 1;
+    work(&first);
+    finish(&first);
+    assert_memory_equal(first.film, alone.film, sizeof alone.film);
 }
 
 /* ---- cancelling ------------------------------------------------------------------------------------------------ */
@@ -244,6 +274,7 @@ static void a_hierarchy_by_several_threads(void **state) {
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(two_threads_give_the_films_of_one),
+        cmocka_unit_test(two_devices_give_the_film_of_one),
         cmocka_unit_test(a_third_thread_may_cancel),
         cmocka_unit_test(messages_stay_in_their_thread),
         cmocka_unit_test(a_hierarchy_by_several_threads),

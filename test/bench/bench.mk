@@ -4,7 +4,7 @@
 ##@ Measuring
 
 .PHONY: study-picture ladder estimates bench-effects bench bench-peers bench-traversal bench-build bench-quick \
-        bench-growth check-bench
+        bench-growth bench-scaling check-bench
 
 ## study-picture: scenes/pictures/three-spots-study.svg: the plot that README.md shows
 study-picture: $(build)/render-cli meshes
@@ -68,9 +68,15 @@ bench-quick: all build/meshes/ball.ply
 	@python3 test/bench/bench_quick.py $(build) $(BASE) $(ARGS)
 
 # ARGS="--full", ARGS="--only triangles"
-## bench-growth: time and memory against triangles, lights, pixels, samples, depth, cores; ARGS="--full"
+## bench-growth: time and memory against triangles, lights, pixels, samples, depth; ARGS="--full"
 bench-growth: all build/meshes/ball.ply
 	@python3 test/bench/bench_growth.py $(build) $(ARGS)
+
+# ARGS="--rounds 9", ARGS="--only beam"
+## bench-scaling: one core against more, and against the same cores as two devices: how much of their speed is there
+bench-scaling: all build/meshes/ball.ply
+	@sh lib/deps.sh python3
+	@python3 test/bench/bench_scaling.py $(build) $(ARGS)
 
 # What it computes, held against known answers.
 ## check-bench: what bench computes, held against known answers

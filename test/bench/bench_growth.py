@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""How time and memory grow with a scene: triangles, lights, pixels, samples, depth, and what a second core is worth.
+"""How time and memory grow with a scene: triangles, lights, pixels, samples, depth.
 
     bench_growth.py BUILD [--full] [--only TEXT] [--out FOLDER] [--plant]
 
@@ -104,25 +104,6 @@ def measure(renderer, series, steps, environment, plant):
     return rows
 
 
-def cores(renderer, environment):
-    """Wall seconds of rendering on one core and on more, by the area light and by the beam."""
-    count, out = len(os.sched_getaffinity(0)), []
-    available = sorted(os.sched_getaffinity(0))
-    for name, samples_asked in (("area-light", "64"), ("open-beam", "256")):
-        seconds = {}
-        for n in sorted({1, count}):
-            os.sched_setaffinity(0, available[:n])
-            chosen = dict(environment, POCL_MAX_PTHREAD_COUNT=str(n))
-            scene = os.path.join(ROOT, "scenes", "bench", name + ".xml")
-            cli_run.render(renderer, scene, ["--spp", "1"], None, chosen)
-            runs = [cli_run.render(renderer, scene, ["--spp", samples_asked], None, chosen) for _ in range(3)]
-            seconds[n] = min(run.stats["render_seconds"] for run in runs)
-        os.sched_setaffinity(0, available)
-        out.append({"scene": name, "cores": count, "one": seconds[1], "all": seconds[count],
-                    "efficiency": seconds[1] / seconds[count] / count})
-    return out
-
-
 def copies(first, row):
     """What memory has grown by, over what the bytes on the device have."""
     grown = row["device"] - first["device"]
@@ -163,7 +144,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("build")
     parser.add_argument("--full", action="store_true")
-    parser.add_argument("--only", default="", metavar="TEXT", help="series whose name contains it; or cores")
+    parser.add_argument("--only", default="", metavar="TEXT", help="series whose name contains it")
     parser.add_argument("--out", default=os.path.join(ROOT, "out", "bench"))
     parser.add_argument("--plant", action="store_true")
     options = parser.parse_args()
@@ -187,12 +168,6 @@ def main():
             result["series"][series.name], result["slopes"][series.name] = rows, slopes
             plotted.append((series.name, rows))
             text.append(table(series, rows, slopes))
-            print("\n" + text[-1] + "\n", flush=True)
-        if options.only in "cores":
-            result["cores"] = cores(renderer, environment)
-            text.append("\n".join(["| cores | one | all | efficiency |", "|---|--:|--:|--:|"] + [
-                "| %s | %.2f s | %.2f s on %d | %.0f %% |" % (c["scene"], c["one"], c["all"], c["cores"],
-                                                              100 * c["efficiency"]) for c in result["cores"]]))
             print("\n" + text[-1] + "\n", flush=True)
     plot(options.out, plotted)
     text += ["- " + line for line in bad]
