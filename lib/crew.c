@@ -37,6 +37,7 @@ brume_result brume_crew_create(brume_render *r, const brume_arrays *arrays) {
     }
     crew->members = members;
     r->crew = crew;
+    brume_info(context, "Uploading the scene and building kernels for %u devices", count);
     for (uint32_t i = 0; i < count; i++) {
         brume_crew_member *m = &members[crew->count];
         brume_result result = brume_crew_member_create(m, r, r->device->members[i], arrays);
@@ -50,6 +51,8 @@ brume_result brume_crew_create(brume_render *r, const brume_arrays *arrays) {
         brume_crew_member_destroy(m);
     }
     if (crew->count == 0) return first_failure;
+    /* Once all have something to begin with: the wide ones take the compiler for long. */
+    for (uint32_t i = 0; i < crew->count; i++) brume_render_program_go_on(members[i].render);
     if (!make_film(crew, r)) return brume_fail(context, BRUME_ERROR_MEMORY, "sharing a render: out of memory");
     r->program.lanes = r->stats.lanes; /* what groups are counted in */
     brume_crew_add_stats(r);
@@ -124,6 +127,15 @@ void brume_crew_add_stats(brume_render *r) {
         r->stats.upload_seconds += one->upload_seconds;
         r->stats.build_seconds += one->build_seconds;
     }
+}
+
+void brume_crew_report(const brume_render *r) {
+    const brume_crew *crew = r->crew;
+    double all = 0;
+    for (uint32_t i = 0; i < crew->count; i++) all += crew->members[i].work;
+    for (uint32_t i = 0; i < crew->count && all > 0; i++)
+        brume_info(r->device->context, "%s (units: %u): %.1f %% of the work", crew->members[i].device.info.name,
+                   crew->members[i].device.info.compute_units, 100 * crew->members[i].work / all);
 }
 
 double brume_crew_work(const brume_crew *crew, uint32_t member) { return crew->members[member].work; }

@@ -48,6 +48,9 @@ const struct brume_render *brume_crew_any(const brume_crew *crew);
 /* What the crew's programs came to, into render->stats. */
 void brume_crew_add_stats(struct brume_render *render);
 
+/* Says who has done how much. */
+void brume_crew_report(const struct brume_render *render);
+
 /* For tests: groups that a member has rendered, times samples. */
 double brume_crew_work(const brume_crew *crew, uint32_t member);
 

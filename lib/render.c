@@ -255,6 +255,7 @@ brume_result brume_render_make(brume_device *device, const brume_scene *scene, c
         }
     }
     result = device->member_count ? brume_crew_create(render, &arrays) : brume_render_equip(render, &arrays);
+    if (result == BRUME_OK && !render->crew) brume_render_program_go_on(render);
     brume_arrays_free(&arrays);
     if (result != BRUME_OK) {
         brume_render_destroy(render);

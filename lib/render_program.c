@@ -145,7 +145,7 @@ static uint64_t size_of(cl_program program) {
     return code == CL_SUCCESS ? size : 0;
 }
 
-/* A narrow program from source, and the thread that builds the wide one. */
+/* A narrow program from source. */
 static brume_result start_quickly(brume_render *render, uint32_t features, uint32_t stack_size) {
     brume_render_program *p = &render->program;
     brume_program_source narrow;
@@ -155,8 +155,13 @@ static brume_result start_quickly(brume_render *render, uint32_t features, uint3
     brume_program_source_free(&narrow);
     if (result != BRUME_OK) return result;
     p->lanes = render->stats.quick_lanes = QUICK_LANES;
-    p->awaited = start_thread(p, render->device); /* else the narrow one does it all */
+    p->is_quick = 1;
     return BRUME_OK;
+}
+
+void brume_render_program_go_on(brume_render *render) {
+    brume_render_program *p = &render->program;
+    if (p->is_quick) p->awaited = start_thread(p, render->device); /* else the narrow one does it all */
 }
 
 brume_result brume_render_program_start(brume_render *render, uint32_t features, uint32_t stack_size) {

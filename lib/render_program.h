@@ -25,6 +25,7 @@ typedef struct brume_render_program {
     cl_mem trace;                /* the kernel's last argument, where it is not NULL */
 
     /* The thread that builds the wide program; `wide` and its kernel are its own until state says otherwise. */
+    int is_quick;         /* there is to be one */
     brume_thread *thread; /* NULL: none was started */
     int awaited;
     brume_device device; /* a copy, with a context of its own: contexts belong to one thread */
@@ -42,6 +43,9 @@ struct brume_render;
 /* Builds what the first launch needs, in full: PoCL generates machine code at the first launch, so one without samples
  * has been made. The render's buffers and film exist already. */
 brume_result brume_render_program_start(struct brume_render *render, uint32_t features, uint32_t stack_size);
+
+/* Starts the thread that builds the wide program after a quick start. */
+void brume_render_program_go_on(struct brume_render *render);
 
 /* Around each launch, until it has finished: the kernel for it, its width in program.lanes. */
 cl_kernel brume_render_program_begin_launch(struct brume_render *render);

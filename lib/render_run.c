@@ -224,6 +224,7 @@ brume_result brume_render_run(brume_render *render, brume_progress_callback call
     render->stats.render_seconds += brume_seconds() - now.start;
     render->running_since = 0;
     if (render->crew) brume_crew_add_stats(render);
+    if (render->crew && render->finished) brume_crew_report(render);
     if (result != BRUME_OK && result != BRUME_CANCELLED) return result;
     BRUME_TRY(brume_render_count_bad(render));
     if (result == BRUME_CANCELLED) brume_info(render->device->context, "the render was cancelled");
