@@ -305,7 +305,7 @@ SIZE_IS(b_params, 336);
 #define FILM_SQUARE_B 8
 #define FILM_COUNT 9       /* samples added */
 #define FILM_PLANES 10
-#define FILM_ALBEDO_R 10   /* from here on with FEATURE_GUIDES only; plain sums */
+#define FILM_ALBEDO_R 10   /* from here on with FEATURE_GUIDES only; one plane each */
 #define FILM_ALBEDO_G 11
 #define FILM_ALBEDO_B 12
 #define FILM_NORMAL_X 13
@@ -315,7 +315,7 @@ SIZE_IS(b_params, 336);
 #define FILM_HIT_COUNT 17  /* samples with a first hit, for the mean depth */
 #define FILM_ALPHA 18      /* samples that met a surface, a scatterer or an environment */
 #define FILM_GUIDE_PLANES 19
-#define FILM_SURFACE_DIRECT 19 /* from here on with FEATURE_LIGHT_LAYERS only: three planes each; plain sums */
+#define FILM_SURFACE_DIRECT 19 /* from here on with FEATURE_LIGHT_LAYERS only: three planes each */
 #define FILM_SURFACE_INDIRECT 22
 #define FILM_VOLUME_DIRECT 25
 #define FILM_VOLUME_INDIRECT 28

@@ -765,8 +765,8 @@ typedef struct brume_merge_desc {
 BRUME_API brume_merge_desc brume_merge_desc_default(void);
 
 /* Adds up the files at `paths`, `count` of them in any order: the same bits in any order. Against one render of all
- * samples radiance differs by one unit in the last place, now and then; what is summed in plain float (guides, alpha,
- * variance) by as much as its sums round, at most n 2^-24 of the largest of n samples. Fails with
+ * samples radiance differs by one unit in the last place, now and then; what is summed in single floats (variance, guides,
+ * parts of the light) by their rounding, of a standard error of at most sqrt(n) 2^-24 for n samples. Fails with
  * BRUME_ERROR_CHECKPOINT, naming the files, if they are of different scenes or settings, hold the same sample twice,
  * or leave some out: files that are missing, or were not rendered to their end; and for what is no such file, as what
  * brume_merged_write has written. desc may be NULL: the defaults. *out is the caller's to destroy. */

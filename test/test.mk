@@ -4,8 +4,8 @@
 ##@ Tests
 
 .PHONY: test trust fuzz stability exhaustive watertight check-platform identity check-abi check-threads check-cl \
-        check-oclgrind check-intel crosscheck check-study check-pictures check-blender check-slurm check-help check-readme fuzzers \
-        threads-checked
+        check-oclgrind check-intel crosscheck check-study check-pictures check-blender check-slurm check-help \
+        check-readme fuzzers threads-checked
 
 tests := $(patsubst test/%.c,$(build)/test/%,$(wildcard test/test_*.c))
 test_programs := $(wildcard test/test_*.c test/measure_*.c)
