@@ -85,9 +85,9 @@ pairs() {
             }
             for (a in names) for (b in names) if (a < b) for (k = 0; k < 4; k++)
                 if ((a, b, int(k / 2), k % 2) in seen) met++
-                else missing = missing ", " a (k < 2 ? " " : " not ") b (k % 2 ? " not" : "")
+                else missing = missing "; " (k < 2 ? "" : "no ") a " with " (k % 2 ? "no " : "") b
             printf "check-oclgrind: %d renders; of %d cases of two features, on or off, %d", NR, all, met
-            print missing ? "; none with" substr(missing, 2) : ""
+            print missing ? "; never " substr(missing, 3) : ""
         }' "$folder/masks"
 }
 prefix=$(dirname "$(dirname "$(command -v oclgrind)")")
