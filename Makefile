@@ -153,6 +153,7 @@ demo: $(build)/render-cli build/meshes/bunny.obj
 
 # The add-on as a file to install: Edit > Preferences > Add-ons > Install from Disk
 $(build)/brume_export.zip: $(wildcard apps/blender/brume_export/*.py)
+	@sh lib/deps.sh python3
 	@rm -rf apps/blender/brume_export/__pycache__
 	cd apps/blender && python3 -m zipfile -c $(abspath $@) brume_export
 

@@ -2,9 +2,10 @@
  *
  * Each scene is rendered by three programs in turn: the one built for it, the generic one that has everything, and one
  * built from kernels whose source never had what the scene doesn't call for (apps/strip-effects.py). And, with --bits,
- * with one feature too many: what leaving it out is worth. PoCL's cache of kernels is a fresh folder, so that each
- * program is built once, and it is told how long that took. What is told is the median over the rounds of the ratio of
- * processor times within a round: the machine may do other things. (On a GPU that time says nothing.) */
+ * with one feature too many: what leaving it out is worth. A scene is a process of its own, with a fresh folder for
+ * PoCL's cache of kernels: each program is built once, and it is told how long that took. What is told is the median
+ * over the rounds of the ratio of processor times within a round: the machine may do other things. (On a GPU that time
+ * says nothing.) */
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
@@ -43,7 +44,7 @@ enum { SCENE_COUNT = sizeof scenes / sizeof scenes[0] };
 typedef struct program {
     char name[48];
     char folder[64]; /* of its source, "" for the library's */
-    uint32_t extra, generic;
+    uint32_t extra, generic, lanes;
     double seconds[MOST_ROUNDS], build_seconds;
     uint64_t bytes;
 } program;
@@ -67,6 +68,7 @@ static brume_render_stats render_once(brume_device *device, const brume_context 
     desc.sample_count = samples;
     desc.extra_features = p->extra;
     desc.generic = p->generic;
+    desc.lanes = p->lanes;
     desc.error_estimate = 0;
     desc.program_size = samples == 1; /* the first render of each, which is not timed */
     platform_set_environment("BRUME_CL_DIR", p->folder[0] ? p->folder : NULL);
@@ -110,10 +112,9 @@ static void measure(brume_device *device, const brume_context *context, const br
                     const bench_scene *s, program *programs, int count, int rounds)
 {
     double unused;
-    for (int i = 0; i < count; i++) {
-        double *build = i ? &programs[i].build_seconds : &unused; /* the first one has been built */
-        programs[i].bytes = render_once(device, context, scene, s, &programs[i], 1, &unused, build).program_bytes;
-    }
+    for (int i = 0; i < count; i++)
+        programs[i].bytes =
+            render_once(device, context, scene, s, &programs[i], 1, &unused, &programs[i].build_seconds).program_bytes;
     for (int r = 0; r < rounds; r++)
         for (int k = 0; k < count; k++) {
             int i = r % 2 ? count - 1 - k : k;
@@ -134,11 +135,77 @@ static void strip(const brume_render_stats *stats, const char *build, int number
     }
 }
 
-int main(int argc, char **argv)
+/* The programs to compare: the scene's own first. Returns how many. Guides and light layers are called for by who
+ * renders, not by a scene. */
+static int choose_programs(const brume_render_stats *stats, const char *build, int number, int bits,
+                           program programs[MOST_PROGRAMS])
 {
+    if (!bits) {
+        programs[1].generic = 1;
+        strip(stats, build, number, &programs[2]);
+        return 3;
+    }
+    int count = 1;
+    for (uint32_t bit = 0; brume_feature_name(bit) && count < MOST_PROGRAMS; bit++) {
+        const char *name = brume_feature_name(bit);
+        if (stats->features >> bit & 1 || strcmp(name, "guides") == 0 || strcmp(name, "light-layers") == 0)
+            continue;
+        snprintf(programs[count].name, sizeof programs[count].name, "%s", name);
+        programs[count++].extra = 1u << bit;
+    }
+    return count;
+}
+
+/* The rows of one scene. */
+static void bench(const char *build, int number, int bits, int rounds)
+{
+    static program programs[MOST_PROGRAMS], narrow;
+    const bench_scene *s = &scenes[number];
     brume_context *context = NULL;
     brume_device *device;
-    int rounds = 7, bits = 0, only = -1;
+    brume_device_info info;
+    brume_scene *scene;
+    double unused;
+    if (brume_context_create(&context) || brume_device_describe(context, BRUME_DEVICE_ANY, &info) ||
+        brume_device_open(context, BRUME_DEVICE_ANY, &device) ||
+        brume_scene_load(context, s->path, s->parameters, s->parameter_count, &scene))
+        die(context);
+    narrow.lanes = 1; /* what none of the others is: the compiler's start is nobody's build time */
+    brume_render_stats stats = render_once(device, context, scene, s, &narrow, 1, &unused, &unused);
+    stats.lanes = info.lanes;
+    int count = choose_programs(&stats, build, number, bits, programs);
+    measure(device, context, scene, s, programs, count, rounds);
+    if (!bits)
+        printf("| %s | %.2f s | %.3f | %.3f | %.0f of %.0f KiB |\n", s->name, least(programs[0].seconds, rounds),
+               median_ratio(programs[0].seconds, programs[1].seconds, rounds),
+               median_ratio(programs[0].seconds, programs[2].seconds, rounds), (double)programs[0].bytes / 1024,
+               (double)programs[1].bytes / 1024);
+    for (int i = 1; bits && i < count; i++)
+        printf("| %s | %s | %.3f | %.2f | %+.0f KiB |\n", s->name, programs[i].name,
+               median_ratio(programs[i].seconds, programs[0].seconds, rounds),
+               programs[i].build_seconds / programs[0].build_seconds,
+               ((double)programs[i].bytes - (double)programs[0].bytes) / 1024);
+    brume_scene_destroy(scene);
+    brume_device_destroy(device);
+    brume_context_destroy(context);
+}
+
+/* With a cache of its own for PoCL. */
+static int bench_alone(const char *build, int number, int bits, int rounds)
+{
+    char cache[] = "/tmp/bench-effects-XXXXXX", command[sizeof cache + 16];
+    if (platform_make_temporary_folder(cache))
+        die(NULL);
+    platform_set_environment("POCL_CACHE_DIR", cache);
+    platform_set_environment("BRUME_CACHE_DIR", "");
+    bench(build, number, bits, rounds);
+    snprintf(command, sizeof command, "rm -rf %s", cache);
+    return system(command) != 0;
+}
+
+int main(int argc, char **argv)
+{
+    int rounds = 7, bits = 0, only = -1, row = -1;
     const char *build = argc > 1 ? argv[1] : "build";
     for (int i = 2; i < argc; i++) {
         bits |= strcmp(argv[i], "--bits") == 0;
@@ -146,66 +213,26 @@ int main(int argc, char **argv)
             rounds = atoi(argv[i] + 9);
         if (strncmp(argv[i], "--scene=", 8) == 0)
             only = atoi(argv[i] + 8);
+        if (strncmp(argv[i], "--row=", 6) == 0) /* what this program says to itself */
+            row = atoi(argv[i] + 6);
     }
-    if (rounds < 1 || rounds > MOST_ROUNDS) {
-        fprintf(stderr, "usage: bench-effects BUILD [--bits] [--rounds=N] [--scene=I]\n");
+    if (rounds < 1 || rounds > MOST_ROUNDS || only >= SCENE_COUNT || row >= SCENE_COUNT) {
+        fprintf(stderr, "usage: bench-effects BUILD [--bits] [--rounds=N] [--scene=0 to %d]\n", SCENE_COUNT - 1);
         return 2;
     }
-    char cache[] = "/tmp/bench-effects-XXXXXX", command[sizeof cache + 16];
-    if (platform_make_temporary_folder(cache))
-        die(NULL);
-    platform_set_environment("POCL_CACHE_DIR", cache);
-    platform_set_environment("BRUME_CACHE_DIR", "");
-    if (brume_context_create(&context) || brume_device_open(context, BRUME_DEVICE_ANY, &device))
-        die(context);
+    if (row >= 0)
+        return bench_alone(build, row, bits, rounds);
     puts(bits ? "| scene | feature too many | time | build time | program |\n|---|---|---|---|---|"
               : "| scene | built for it | ÷ generic program | ÷ without that code in the source | program |\n"
                 "|---|---|---|---|---|");
+    fflush(stdout);
     for (int k = 0; k < SCENE_COUNT; k++) {
-        const bench_scene *s = &scenes[k];
-        static program programs[MOST_PROGRAMS];
-        brume_scene *scene;
-        if (only >= 0 && k != only)
-            continue;
-        memset(programs, 0, sizeof programs);
-        if (brume_scene_load(context, s->path, s->parameters, s->parameter_count, &scene))
-            die(context);
-        double unused;
-        brume_render_stats stats = render_once(device, context, scene, s, &programs[0], 1, &unused,
-                                               &programs[0].build_seconds);
-        int count = 1;
-        if (bits) {
-            for (uint32_t bit = 0; brume_feature_name(bit); bit++)
-                if (!(stats.features >> bit & 1) && count < MOST_PROGRAMS) {
-                    snprintf(programs[count].name, sizeof programs[count].name, "%s", brume_feature_name(bit));
-                    programs[count++].extra = 1u << bit;
-                }
-        } else {
-            programs[1].generic = 1;
-            strip(&stats, build, k, &programs[2]);
-            count = 3;
-        }
-        measure(device, context, scene, s, programs, count, rounds);
-        if (bits)
-            for (int i = 1; i < count; i++) {
-                char build_time[32] = "-"; /* programs of scenes before may be among these, and have been built */
-                if (only >= 0)
-                    snprintf(build_time, sizeof build_time, "x %.2f",
-                             programs[i].build_seconds / programs[0].build_seconds);
-                printf("| %s | %s | x %.3f | %s | %+.0f KiB |\n", s->name, programs[i].name,
-                       median_ratio(programs[i].seconds, programs[0].seconds, rounds), build_time,
-                       ((double)programs[i].bytes - (double)programs[0].bytes) / 1024);
-            }
-        else
-            printf("| %s | %.2f s | %.3f | %.3f | %.0f of %.0f KiB |\n", s->name, least(programs[0].seconds, rounds),
-                   median_ratio(programs[0].seconds, programs[1].seconds, rounds),
-                   median_ratio(programs[0].seconds, programs[2].seconds, rounds), (double)programs[0].bytes / 1024,
-                   (double)programs[1].bytes / 1024);
-        fflush(stdout);
-        brume_scene_destroy(scene);
+        char scene[32], round[32];
+        snprintf(scene, sizeof scene, "--row=%d", k);
+        snprintf(round, sizeof round, "--rounds=%d", rounds);
+        char *arguments[] = {argv[0], (char *)(uintptr_t)build, scene, round, bits ? "--bits" : NULL, NULL};
+        if ((only < 0 || k == only) && platform_run(arguments, NULL))
+            return 1;
     }
-    brume_device_destroy(device);
-    brume_context_destroy(context);
-    snprintf(command, sizeof command, "rm -rf %s", cache);
-    return system(command) != 0;
+    return 0;
 }

@@ -34,7 +34,11 @@ def _arguments():
 
 def main():
     options = _arguments()
-    import bpy
+    try:
+        import bpy
+    except ModuleNotFoundError:
+        print("export.py: this Python has no module bpy: pip install bpy, or run it in Blender, by -P", file=sys.stderr)
+        return 1
     import brume_export
     if getattr(options, "blend", None):
         try:
