@@ -133,6 +133,7 @@ void cli_progress_step(cli_progress *progress, const char *step, const char *det
 /* Callbacks for the library; `user` is the cli_progress. */
 void cli_progress_log(void *user, brume_log_level level, const char *message);
 int cli_progress_update(void *user, const brume_progress *update);
+int cli_progress_load(void *user, const brume_load_progress *load); /* NULL: it has been read */
 /* A checkpoint has been written, in so many seconds. */
 void cli_progress_checkpoint(cli_progress *progress, const char *path, double seconds);
 /* Ends the line that a bar stands on. */

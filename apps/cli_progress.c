@@ -135,6 +135,18 @@ int cli_progress_update(void *user, const brume_progress *update)
     return 0;
 }
 
+int cli_progress_load(void *user, const brume_load_progress *load)
+{
+    cli_progress *progress = user;
+    clear_bar(progress);
+    if (!progress->bar || !load)
+        return 0;
+    fprintf(stderr, "Reading %s: %d %%", load->path, (int)(100 * load->fraction));
+    fflush(stderr);
+    progress->bar_visible = 1;
+    return 0;
+}
+
 void cli_progress_checkpoint(cli_progress *progress, const char *path, double seconds)
 {
     if (progress->kind == CLI_PROGRESS_JSON) {

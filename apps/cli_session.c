@@ -84,8 +84,11 @@ int cli_session_open(cli_session *session, brume_context *context, const cli_opt
     session->context = context;
     double begin = cli_now();
     cli_progress_step(progress, "Reading", options->scene);
+    brume_context_set_load_progress(context, cli_progress_load, progress);
     brume_result result =
         brume_scene_load(context, options->scene, options->parameters, options->parameter_count, &session->scene);
+    brume_context_set_load_progress(context, NULL, NULL);
+    cli_progress_load(progress, NULL);
     if (result)
         return cli_report(context, result);
     session->load_seconds = cli_now() - begin;

@@ -58,7 +58,7 @@ typedef enum brume_result {
     BRUME_ERROR_DEVICE = 5,    /* an OpenCL call failed */
     BRUME_ERROR_BUILD = 6,     /* the kernels did not compile; the whole log is in the message */
     BRUME_ERROR_OUTPUT = 7,    /* a file could not be written */
-    BRUME_CANCELLED = 8,       /* stopped by brume_render_cancel or the progress callback; the film is valid */
+    BRUME_CANCELLED = 8,       /* stopped by brume_render_cancel or a progress callback; the film is valid */
     BRUME_ERROR_CHECKPOINT = 9, /* a checkpoint is missing or damaged, or of another render */
     BRUME_ERROR_DENOISER = 10  /* Open Image Denoise is not installed, or failed */
 } brume_result;
@@ -151,6 +151,19 @@ typedef struct brume_parameter {
  * is one. *out is the caller's to destroy, and to go on describing. */
 BRUME_API brume_result brume_scene_load(brume_context *context, const char *path, const brume_parameter *parameters,
                                         size_t parameter_count, brume_scene **out);
+
+typedef struct brume_load_progress {
+    const char *path; /* of the mesh that is being read */
+    double fraction;  /* of it, 0 to 1 */
+} brume_load_progress;
+
+/* Called from within brume_scene_load a few times a second, while it reads a mesh that takes longer than that; `user` is
+ * what brume_context_set_load_progress was given, `progress` is valid during the call. Non-zero ends the reading:
+ * brume_scene_load returns BRUME_CANCELLED. */
+typedef int (*brume_load_callback)(void *user, const brume_load_progress *progress);
+
+/* NULL (the default): nobody is told. `user` is kept, not copied. */
+BRUME_API void brume_context_set_load_progress(brume_context *context, brume_load_callback callback, void *user);
 
 /* Every descriptor starts with a cookie that only its default function sets; what a field's comment ends with is its
  * default. Ids count from 0 in the order of the calls, each kind for itself; an out_id may be NULL where the id isn't

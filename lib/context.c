@@ -29,6 +29,7 @@ brume_result brume_context_create(brume_context **out) {
     brume_context *context = calloc(1, sizeof *context);
     if (!context) return BRUME_ERROR_MEMORY;
     context->references = 1;
+    context->load_interval = 0.1;
     *out = context;
     return BRUME_OK;
 }

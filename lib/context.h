@@ -13,6 +13,9 @@ struct brume_context {
     int references; /* the creator's plus one for each object made from it */
     brume_log_callback log;
     void *log_user;
+    brume_load_callback load;
+    void *load_user;
+    double load_interval, load_reported; /* seconds between two reports, at least; and when the last one was */
     char *message;  /* NULL: none, or no memory to keep it */
     const char *speechless; /* for the latter case: what is said instead */
 };

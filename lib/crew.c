@@ -45,7 +45,7 @@ brume_result brume_crew_create(brume_render *r, const brume_arrays *arrays) {
             crew->count++;
             continue;
         }
-        const char *why = brume_context_message(m->device.context);
+        const char *said = brume_context_message(m->device.context), *why = *said ? said : brume_result_name(result);
         if (first_failure == BRUME_OK) first_failure = brume_fail(context, result, "%s", why);
         if (count > 1) brume_warn(context, "%s takes no part: %s", r->device->members[i]->info.name, why);
         brume_crew_member_destroy(m);

@@ -6,9 +6,10 @@
 #include <cstdint>
 #include <cstdlib>
 #include <cstring>
+#include <istream>
 #include <new>
-#include <sstream>
 #include <stdexcept>
+#include <streambuf>
 #include <string>
 #include <unordered_map>
 #include <vector>
@@ -25,6 +26,7 @@
 #endif
 
 extern "C" {
+#include "load_progress.h"
 #include "mesh_finish.h"
 #include "mesh_polygon.h"
 #include "text.h"
@@ -104,6 +106,49 @@ size_t line_of(const std::string &message) {
     return at == std::string::npos ? 0 : std::strtoul(message.c_str() + at, nullptr, 10);
 }
 
+// Who is told how far a file has been read, and may end that.
+struct listener {
+    brume_context *context;
+    const char *path;
+    bool cancelled;
+    bool goes_on(double fraction) {
+        if (!cancelled) cancelled = !brume_load_goes_on(context, path, fraction);
+        return !cancelled;
+    }
+};
+
+// Reading the text is so much of the work; making a mesh of it is the rest.
+const double PARSING = 0.75;
+
+// The text in pieces, the end of which is where somebody is told.
+class pieces : public std::streambuf {
+public:
+    pieces(std::string &text, listener *who) : text_(text), who_(who) {}
+
+protected:
+    int_type underflow() override {
+        const size_t piece = 1 << 18;
+        size_t left = text_.size() - next_, size = left < piece ? left : piece;
+        if (!size || !who_->goes_on(PARSING * static_cast<double>(next_) / static_cast<double>(text_.size())))
+            return traits_type::eof();
+        setg(&text_[next_], &text_[next_], &text_[next_] + size);
+        next_ += size;
+        return traits_type::to_int_type(*gptr());
+    }
+
+private:
+    std::string &text_;
+    listener *who_;
+    size_t next_ = 0;
+};
+
+bool refuse_cancelled(refusal *why) {
+    why->code = BRUME_CANCELLED;
+    why->line = 0;
+    why->what = "reading was cancelled";
+    return false;
+}
+
 struct corner {
     int v, n, t;
     bool operator==(const corner &o) const { return v == o.v && n == o.n && t == o.t; }
@@ -125,7 +170,7 @@ template <class T> T *copy(const std::vector<T> &from) {
     return to;
 }
 
-bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t> &shapes, refusal *why,
+bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t> &shapes, listener *who, refusal *why,
              brume_mesh *out) {
     const int vertices = static_cast<int>(attrib.vertices.size() / 3),
               normals = static_cast<int>(attrib.normals.size() / 3),
@@ -135,6 +180,8 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
     std::vector<uint32_t> triangles;
     bool any_normal = false, any_uv = false;
     std::vector<uint32_t> polygon;
+    size_t faces = 0, face = 0;
+    for (const tinyobj::shape_t &shape : shapes) faces += shape.mesh.num_face_vertices.size();
     for (const tinyobj::shape_t &shape : shapes) {
         size_t at = 0, all = 0;
         for (size_t corners : shape.mesh.num_face_vertices) all += corners;
@@ -143,6 +190,9 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
             return false;
         }
         for (size_t corners : shape.mesh.num_face_vertices) {
+            if (face++ % (1 << 14) == 0 &&
+                !who->goes_on(PARSING + (1 - PARSING) * static_cast<double>(face) / static_cast<double>(faces)))
+                return refuse_cancelled(why);
             polygon.clear();
             for (size_t k = 0; k < corners; k++) {
                 const tinyobj::index_t &index = shape.mesh.indices[at++];
@@ -184,12 +234,13 @@ bool convert(const tinyobj::attrib_t &attrib, const std::vector<tinyobj::shape_t
     return true;
 }
 
-bool parse(std::istringstream &stream, refusal *why, brume_mesh *out) {
+bool parse(std::istream &stream, listener *who, refusal *why, brume_mesh *out) {
     tinyobj::attrib_t attrib;
     std::vector<tinyobj::shape_t> shapes;
     std::vector<tinyobj::material_t> materials;
     std::string warning, error;
     bool ok = tinyobj::LoadObj(&attrib, &shapes, &materials, &warning, &error, &stream, nullptr, false, false);
+    if (who->cancelled) return refuse_cancelled(why);
     if (!ok || !error.empty()) {
         why->line = line_of(error);
         why->what = error.substr(0, error.find('\n'));
@@ -200,10 +251,10 @@ bool parse(std::istringstream &stream, refusal *why, brume_mesh *out) {
         why->what = "a face names a vertex, normal or texture coordinate that the file doesn't have";
         return false;
     }
-    return convert(attrib, shapes, why, out);
+    return convert(attrib, shapes, who, why, out);
 }
 
-bool read(const char *path, refusal *why, brume_mesh *out) {
+bool read(brume_context *context, const char *path, refusal *why, brume_mesh *out) {
     size_t size = 0;
     char *text = brume_text_read_file(path, &size);
     if (!text) {
@@ -231,9 +282,10 @@ bool read(const char *path, refusal *why, brume_mesh *out) {
     if (!check_numbers(kept.c_str(), size, why)) return false;
     hide_weights(kept);
 
-    std::istringstream stream(kept);
-    kept = std::string();
-    return parse(stream, why, out);
+    listener who = {context, path, false};
+    pieces buffer(kept, &who);
+    std::istream stream(&buffer);
+    return parse(stream, &who, why, out);
 }
 
 }  // namespace
@@ -247,7 +299,8 @@ extern "C" brume_result brume_mesh_read_obj(brume_context *context, const char *
     brume_result result = BRUME_OK;
     try {
         refusal why;
-        if (!read(path, &why, &mesh)) {
+        brume_load_begin(context);
+        if (!read(context, path, &why, &mesh)) {
             std::string place = path;
             if (why.line) place += ":" + std::to_string(why.line);
             result = brume_mesh_fail(context, why.code, where, place.c_str(), why.what.c_str());

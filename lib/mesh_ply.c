@@ -11,6 +11,7 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "load_progress.h"
 #include "mesh_finish.h"
 #include "mesh_polygon.h"
 #include "platform.h"
@@ -46,7 +47,12 @@ typedef struct reader {
     size_t triangle_room;
     brume_result result;
     char why[160];
+    /* Who is told how far it has come. */
+    brume_context *context;
+    const char *path, *begin;
 } reader;
+
+enum { REPORT_EVERY = 1 << 14 }; /* elements */
 
 static void fail(reader *r, brume_result result, const char *format, ...) __attribute__((format(printf, 3, 4)));
 static void fail(reader *r, brume_result result, const char *format, ...) {
@@ -303,6 +309,9 @@ static void read_element(reader *r, const element *e) {
     if (e->count > ((uint64_t)(r->end - r->at) + 1) / least) fail_short(r);
     if (r->result == BRUME_OK && e->kind == VERTEX) begin_vertices(r, e);
     for (uint64_t i = 0; i < e->count && r->result == BRUME_OK; i++) {
+        if (i % REPORT_EVERY == 0 &&
+            !brume_load_goes_on(r->context, r->path, (double)(r->at - r->begin) / (double)(r->end - r->begin)))
+            fail(r, BRUME_CANCELLED, "reading was cancelled");
         double values[ROLES] = {0};
         for (size_t k = 0; k < e->property_count && r->result == BRUME_OK; k++) {
             const property *p = &e->properties[k];
@@ -318,7 +327,7 @@ static void read_element(reader *r, const element *e) {
 }
 
 static brume_result parse(reader *r, const char *bytes, size_t size) {
-    r->at = bytes;
+    r->at = r->begin = bytes;
     r->end = bytes + size;
     if (size == 0) fail(r, BRUME_ERROR_SCENE, "the file is empty");
     r->locale = brume_c_locale_create();
@@ -343,6 +352,9 @@ brume_result brume_mesh_read_ply(brume_context *context, const char *path, const
     brume_result result;
     if (r) {
         r->mesh = &mesh;
+        r->context = context;
+        r->path = path;
+        brume_load_begin(context);
         result = parse(r, bytes, size);
         if (result != BRUME_OK) brume_mesh_fail(context, result, where, path, r->why);
     } else {
