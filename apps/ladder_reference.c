@@ -64,7 +64,8 @@ static int render(const ladder *l, const brume_scene *scene, ladder_reference *o
 {
     const ladder_options *o = l->options;
     ladder_shot halves[2] = {{0}, {0}};
-    int code = LADDER_EXIT_OK;
+    /* One sample first, which builds the program: a time limit counts that, too. */
+    int code = ladder_shoot(l, scene, &o->reference, REFERENCE_SEED, 1, 0, NULL, &halves[0]);
     for (uint32_t i = 0; i < 2 && !code; i++)
         code = ladder_shoot(l, scene, &o->reference, REFERENCE_SEED + i, o->reference_spp / 2,
                             o->reference_seconds / 2, i == 0 ? out->png : NULL, &halves[i]);

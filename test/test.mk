@@ -153,10 +153,11 @@ check-blender: $(build)/render-cli
 	@sh lib/deps.sh python3 python3-venv
 	@python3 test/blender/check_blender.py $(build) $(ARGS); code=$$?; [ $$code -eq 77 ] || exit $$code
 
-## check-pictures: layers as OpenEXR's module for Python and oiiotool read them; the denoiser (from PyPI)
-check-pictures: $(build)/render-cli $(build)/test/test_denoise
-	@sh lib/deps.sh python3 python3-venv openimageio-tools
-	@sh test/pictures/check_pictures.sh $(build); code=$$?; \
+# quick=1: the part for CI: no denoiser; oiiotool where it is installed
+## check-pictures: layers as OpenEXR's module for Python and oiiotool read them; the denoiser (from PyPI); quick=1
+check-pictures: $(build)/render-cli $(if $(quick),,$(build)/test/test_denoise)
+	@sh lib/deps.sh python3 python3-venv $(if $(quick),,openimageio-tools) || echo "check-pictures: does what it can"
+	@sh test/pictures/check_pictures.sh $(build) $(if $(quick),quick); code=$$?; \
 	    [ $$code -eq 77 ] && echo "check-pictures: in part skipped" || exit $$code
 
 ## check-slurm: apps/farm/ under a real Slurm, started for the check (as root)

@@ -1,7 +1,7 @@
-# check_pictures.sh BUILD -- pictures as other programs see them: an EXR with all layers, read by OpenEXR's module for
-# Python and by oiiotool; and the denoiser, from a wheel of PyPI, by test_denoise.
+# check_pictures.sh BUILD [quick] -- pictures as other programs see them: an EXR with all layers, read by OpenEXR's module
+# for Python and by oiiotool; and, unless it is to be quick, the denoiser, from a wheel of PyPI, by test_denoise.
 # Exit status 0: all held; 1: something didn't; 77: what was needed to check isn't there.
-build=$1
+build=$1 quick=$2
 here=${0%/*}
 out=$build/pictures-check
 skipped=0 failed=0
@@ -27,18 +27,24 @@ fi
 
 echo "== OpenEXR"
 [ -x "$out/venv/bin/python" ] || python3 -m venv "$out/venv" || rm -rf "$out/venv"
-if [ -x "$out/venv/bin/python" ] &&
-    "$out/venv/bin/python" -m pip install -q --disable-pip-version-check -r "$here/requirements.txt"; then
+# install PACKAGE: in the version that requirements.txt names
+install() {
+    [ -x "$out/venv/bin/python" ] &&
+        "$out/venv/bin/python" -m pip install -q --disable-pip-version-check "$(grep "^$1==" "$here/requirements.txt")" ||
+        { echo "skipped: no virtual environment (Debian: python3-venv), or no $1 from PyPI"; skipped=1; return 1; }
+}
+if install OpenEXR; then
     "$out/venv/bin/python" "$here/check_layers.py" "$out/all.exr" || failed=1
+fi
+if [ -z "$quick" ]; then
     echo "== denoiser"
-    folder=$("$out/venv/bin/python" -c 'import importlib.util, os
+    if install pyoidn; then
+        folder=$("$out/venv/bin/python" -c 'import importlib.util, os
 print(os.path.dirname(importlib.util.find_spec("pyoidn").origin))')
-    said=$(BRUME_OIDN=$folder/oidn/lib "$build/test/test_denoise" 2>&1) || failed=1
-    echo "$said"
-    case $said in *SKIPPED*) echo "FAILED: the denoiser of the wheel was not found"; failed=1 ;; esac
-else
-    echo "skipped: no virtual environment (Debian: python3-venv), or no packages from PyPI"
-    skipped=1
+        said=$(BRUME_OIDN=$folder/oidn/lib "$build/test/test_denoise" 2>&1) || failed=1
+        echo "$said"
+        case $said in *SKIPPED*) echo "FAILED: the denoiser of the wheel was not found"; failed=1 ;; esac
+    fi
 fi
 [ $failed -eq 0 ] || exit 1
 [ $skipped -eq 0 ] || exit 77
