@@ -200,9 +200,12 @@ estimate render(brume_scene *scene) {
     return result;
 }
 
-int agrees(double mean, double error, double expected) {
-    return fabs(mean - expected) <= 4 * error + FLOAT_ERROR * fabs(expected);
+double errors_off(double mean, double error, double expected) {
+    double beyond = fabs(mean - expected) - FLOAT_ERROR * fabs(expected);
+    return beyond <= 0 ? 0 : beyond / error; /* NaN stays */
 }
+
+int agrees(double mean, double error, double expected) { return errors_off(mean, error, expected) <= ERRORS_ALLOWED; }
 
 void check(const char *name, const estimate *e, int channel, double expected, double precision) {
     double mean = e->mean[channel], error = e->error[channel];

@@ -17,6 +17,7 @@
 #define PIXELS 16
 #define NARROW 1e-5f     /* degrees of view: one ray */
 #define FLOAT_ERROR 5e-6 /* relative: what float32 transport may be off by */
+#define ERRORS_ALLOWED 4.0
 #define DEPTH_ANY (-1)
 
 /* Where a camera or a spot stands; fov in degrees. */
@@ -59,8 +60,11 @@ estimate render_as(const brume_scene *scene, const brume_render_desc *desc);
 /* Renders with the scene's own settings and destroys it. */
 estimate render(brume_scene *scene);
 
-/* Within four standard errors. */
+/* Within ERRORS_ALLOWED. */
 int agrees(double mean, double error, double expected);
+
+/* In standard errors, beyond FLOAT_ERROR: what agrees() compares. */
+double errors_off(double mean, double error, double expected);
 
 /* Fails the test unless it agrees; `precision` is the relative standard error above which that says nothing. */
 void check(const char *name, const estimate *e, int channel, double expected, double precision);
