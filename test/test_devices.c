@@ -13,6 +13,7 @@
 
 #include "break_off.h"
 #include "checkpoints.h"
+#include "crew_member.h"
 #include "device_parts.h"
 
 static brume_device *halves;
@@ -153,6 +154,31 @@ static void same_film_with_a_goal(void **state) {
     expect_same_film(&desc);
 }
 
+/* One is said to be a thousand times as slow, and to need a thousand groups at once: it is left alone, but for a try now
+ * and then, by which it is found out to be no such thing. */
+static void a_slow_one_is_tried_again(void **state) {
+    (void)state;
+    NEEDS_HALVES();
+    static whole_film one, both;
+    brume_scene *scene = slats();
+    brume_render_desc desc = checkpoint_desc();
+    desc.sample_count = 21;
+    finish_on(device, scene, &desc, &one);
+    brume_render *render = begin_on(halves, scene, &desc);
+    brume_crew_member *fast = &render->crew->members[0], *slow = &render->crew->members[1];
+    double before = slow->work;
+    slow->speed = fast->speed / 1000;
+    slow->device.info.compute_units = 1000;
+    assert_int_equal(break_off_after(render, GROUPS, 4), BRUME_CANCELLED);
+    assert_true(slow->work == before);
+    assert_int_equal(break_off_after(render, GROUPS, 10), BRUME_CANCELLED);
+    assert_true(slow->work > before);
+    assert_true(slow->speed > fast->speed / 1000);
+    finish(render, &both);
+    expect_same(&one, &both);
+    brume_scene_destroy(scene);
+}
+
 /* One lane on one, four on the other: as a GPU and a CPU would. */
 static void same_film_from_two_widths(void **state) {
     (void)state;
@@ -272,6 +298,7 @@ int main(void) {
         cmocka_unit_test(same_film),
         cmocka_unit_test(same_layers_of_a_crop),
         cmocka_unit_test(same_film_with_a_goal),
+        cmocka_unit_test(a_slow_one_is_tried_again),
         cmocka_unit_test(same_film_from_two_widths),
         cmocka_unit_test(same_film_begun_quickly),
         cmocka_unit_test(same_film_resumed),

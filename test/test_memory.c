@@ -62,8 +62,13 @@ static void test_merging(void **state) {
     sweep(MEMORY_MERGE, 100);
 }
 
+static void test_rendering_on_two_devices(void **state) {
+    (void)state;
+    sweep(MEMORY_SHARED, 20);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {cmocka_unit_test(test_loading), cmocka_unit_test(test_rendering),
-                                       cmocka_unit_test(test_checkpoints), cmocka_unit_test(test_merging)};
+                                       cmocka_unit_test(test_checkpoints), cmocka_unit_test(test_merging), cmocka_unit_test(test_rendering_on_two_devices)};
     return cmocka_run_group_tests_name("memory", tests, setup, teardown);
 }

@@ -19,7 +19,7 @@
 enum { SIZE = 12, FLOATS = SIZE * SIZE * 3 };
 
 const char *const memory_names[MEMORY_WORKS] = {"loading a scene", "rendering", "saving and loading a checkpoint",
-                                                "adding up parts"};
+                                                "adding up parts", "rendering on two devices"};
 
 static const char *const files[] = {"scene.xml", "part.xml", "tetrahedron.obj", "square.ply", "texture.png", "sky.exr",
                                     "out.exr", "out.png", "state", "again", "a", "b"};
@@ -100,16 +100,17 @@ static brume_result load(brume_context *context, answer *out) {
 }
 
 static brume_device *device; /* of `rendering`, and its scene: made while nothing fails */
+static brume_device *halves; /* NULL where it can't be split */
 static brume_scene *scene_to_render;
 
-static brume_result render(answer *out) {
+static brume_result render(brume_device *on, answer *out) {
     brume_render *made = NULL;
     brume_render_desc desc = brume_render_desc_default();
     desc.lanes = 1;
     desc.sample_count = 64;
     desc.noise_threshold = 1e-2;
     desc.adaptive = BRUME_ADAPTIVE_ON;
-    BRUME_TRY(brume_render_create(device, scene_to_render, &desc, &made));
+    BRUME_TRY(brume_render_create(on, scene_to_render, &desc, &made));
     brume_result result = brume_render_run(made, NULL, NULL);
     /* What fails may be asked for again: half of the film's worth is in that. */
     if (result == BRUME_ERROR_MEMORY) {
@@ -182,7 +183,8 @@ static brume_result do_work(memory_work work, brume_context *context, answer *ou
     case MEMORY_LOAD: return load(context, out);
     case MEMORY_SAVE: return save(out);
     case MEMORY_MERGE: return merge(context, out);
-    default: return render(out);
+    case MEMORY_SHARED: return render(halves, out);
+    default: return render(device, out);
     }
 }
 
@@ -277,6 +279,17 @@ static int measure(memory_work work, brume_context *context) {
     return 0;
 }
 
+/* A device that can't be split is no failure. */
+static int open_both(brume_context *context) {
+    brume_device *parts[2] = {NULL, NULL};
+    if (brume_device_open_part(context, BRUME_DEVICE_ANY, 0, 2, &parts[0]) != BRUME_OK) return 1;
+    brume_result result = brume_device_open_part(context, BRUME_DEVICE_ANY, 1, 2, &parts[1]);
+    if (result == BRUME_OK) result = brume_device_join(parts, 2, &halves);
+    brume_device_destroy(parts[0]);
+    brume_device_destroy(parts[1]);
+    return result == BRUME_OK;
+}
+
 int memory_begin(void) {
     brume_context *context = NULL;
     uint32_t devices = 0;
@@ -291,7 +304,7 @@ int memory_begin(void) {
         if (brume_device_open(context, BRUME_DEVICE_ANY, &device) != BRUME_OK ||
             brume_scene_load(context, paths[0], NULL, 0, &scene_to_render) != BRUME_OK ||
             !measure(MEMORY_RENDER, context) || write_states() != BRUME_OK || !measure(MEMORY_SAVE, context) ||
-            !measure(MEMORY_MERGE, context))
+            !measure(MEMORY_MERGE, context) || !open_both(context) || (halves && !measure(MEMORY_SHARED, context)))
             return -1;
     }
     brume_context_destroy(context);
@@ -301,6 +314,7 @@ int memory_begin(void) {
 void memory_end(void) {
     char command[128];
     brume_scene_destroy(scene_to_render);
+    brume_device_destroy(halves);
     brume_device_destroy(device);
     snprintf(command, sizeof command, "rm -rf '%s'", folder);
     if (system(command) != 0) fprintf(stderr, "%s is left\n", folder);

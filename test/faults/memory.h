@@ -3,7 +3,11 @@
 #ifndef MEMORY_H
 #define MEMORY_H
 
-typedef enum memory_work { MEMORY_LOAD, MEMORY_RENDER, MEMORY_SAVE, MEMORY_MERGE, MEMORY_WORKS } memory_work;
+typedef enum memory_work {
+    MEMORY_LOAD, MEMORY_RENDER, MEMORY_SAVE, MEMORY_MERGE,
+    MEMORY_SHARED, /* rendering, on the two halves of the device */
+    MEMORY_WORKS
+} memory_work;
 
 extern const char *const memory_names[MEMORY_WORKS];
 
