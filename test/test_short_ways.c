@@ -44,12 +44,14 @@ static brume_scene *make(const parts *p) {
     return scene_files_good(text);
 }
 
-static void render(const parts *p, float out[FLOATS]) {
+static void render(const parts *p, brume_strategy strategy, float out[FLOATS]) {
     brume_scene *scene = make(p);
     brume_render *r;
     brume_render_desc desc = brume_render_desc_default();
     desc.lanes = 1;
     desc.guides = desc.error_estimate = 0;
+    desc.use_strategy = 1;
+    desc.strategy = strategy;
     desc.extra_features = FEATURE_SCATTERING; /* whether the scene calls for it or not */
     if (brume_render_create(device, scene, &desc, &r) != BRUME_OK || brume_render_run(r, NULL, NULL) != BRUME_OK ||
         brume_render_read(r, BRUME_CHANNEL_RADIANCE, out, FLOATS) != BRUME_OK)
@@ -64,12 +66,12 @@ typedef struct effect {
     int lit, lit_same, dark_same;
 } effect;
 
-static effect plant(const parts *p, const char *file, const char *right, const char *wrong) {
+static effect plant(const parts *p, brume_strategy strategy, const char *file, const char *right, const char *wrong) {
     static float own[FLOATS], other[FLOATS];
     effect e = {0, 0, 0};
-    render(p, own);
+    render(p, strategy, own);
     planted_bug(file, right, wrong);
-    render(p, other);
+    render(p, strategy, other);
     planted_remove();
     for (int k = 0; k < FLOATS; k++) {
         int same = memcmp(&own[k], &other[k], sizeof *own) == 0;
@@ -88,10 +90,10 @@ static void nothing_scatters_in_a_medium_that_absorbs(void **state) {
     static const char lamp[] = "<emitter type='point'><point name='position' x='0' y='0' z='9'/>"
                                "<rgb name='intensity' value='50'/></emitter>";
     const parts absorbs = {"0", "0.5", lamp}, scatters = {"0.5", "0.5", lamp};
-    effect e = plant(&absorbs, file, right, wrong);
+    effect e = plant(&absorbs, BRUME_STRATEGY_AUTO, file, right, wrong);
     assert_int_equal(e.lit, FLOATS);
     assert_int_equal(e.lit_same, FLOATS);
-    e = plant(&scatters, file, right, wrong);
+    e = plant(&scatters, BRUME_STRATEGY_AUTO, file, right, wrong);
     assert_int_equal(e.lit, FLOATS);
     assert_int_equal(e.lit_same, 0);
 }
@@ -100,7 +102,7 @@ static void no_lamp_is_asked_where_no_cone_is(void **state) {
     (void)state;
     if (!device) skip();
     const parts fog = {"0.5", "0", ""};
-    effect e = plant(&fog, "scatter_segment.h", "value = cadd(value, scatter_interval(",
+    effect e = plant(&fog, BRUME_STRATEGY_AUTO, "scatter_segment.h", "value = cadd(value, scatter_interval(",
                      "value = cadd(cgrey(R(1000)), scatter_interval(");
     assert_in_range(e.lit, FLOATS / 10, FLOATS / 2);
     assert_int_equal(e.lit_same, 0);
@@ -108,21 +110,25 @@ static void no_lamp_is_asked_where_no_cone_is(void **state) {
 }
 
 /* By the default, which knows from its pilot what is open: no points are chosen for shadow rays to go from, but one,
- * which takes off what it finds hidden nevertheless. */
+ * which takes off what it finds hidden nevertheless. By another, which looks along each ray: no shadow ray at all. */
 static void a_beam_that_nothing_hides_is_integrated(void **state) {
     (void)state;
-    static const char file[] = "scatter_segment.h", right[] = "if (shaped) table =",
-                      wrong[] = "if (shaped) sum = cgrey(R(1000)); if (shaped) table =";
+    static const struct { brume_strategy strategy; const char *right, *wrong; } rows[] = {
+        {BRUME_STRATEGY_AUTO, "if (shaped) table =", "if (shaped) sum = cgrey(R(1000)); if (shaped) table ="},
+        {BRUME_STRATEGY_SYSTEMATIC, "mask hidden = occluded(", "sum = cgrey(R(1000)); mask hidden = occluded("},
+    };
     const parts fog = {"0.5", "0", ""},
                 hidden = {"0.5", "0", "<shape type='rectangle'><transform name='to_world'><scale value='0.3'/>"
                                       "<rotate y='1' angle='90'/><translate x='-4'/></transform>"
                                       "<bsdf type='diffuse'><rgb name='reflectance' value='0'/></bsdf></shape>"};
     if (!device) skip();
-    effect e = plant(&fog, file, right, wrong);
-    assert_in_range(e.lit, FLOATS / 10, FLOATS / 2);
-    assert_int_equal(e.lit_same, e.lit);
-    e = plant(&hidden, file, right, wrong);
-    assert_in_range(e.lit_same, 0, e.lit - FLOATS / 20);
+    for (size_t i = 0; i < sizeof rows / sizeof rows[0]; i++) {
+        effect e = plant(&fog, rows[i].strategy, "scatter_segment.h", rows[i].right, rows[i].wrong);
+        assert_in_range(e.lit, FLOATS / 10, FLOATS / 2);
+        assert_int_equal(e.lit_same, e.lit);
+        e = plant(&hidden, rows[i].strategy, "scatter_segment.h", rows[i].right, rows[i].wrong);
+        assert_in_range(e.lit_same, 0, e.lit - FLOATS / 20);
+    }
 }
 
 static int enter(void **state) {

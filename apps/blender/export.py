@@ -36,8 +36,9 @@ def main():
     options = _arguments()
     try:
         import bpy
-    except ModuleNotFoundError:
-        print("export.py: this Python has no module bpy: pip install bpy, or run it in Blender, by -P", file=sys.stderr)
+    except ImportError as error:
+        print("export.py: %s: pip install bpy and what it needs, or have Blender run this, by -P" % error,
+              file=sys.stderr)
         return 1
     import brume_export
     if getattr(options, "blend", None):
