@@ -1,7 +1,7 @@
 /* brume.h -- a renderer for light in fog: the C interface, and its reference manual.
  *
  * The way data goes: a scene description (built call by call, or read from a Mitsuba 3 XML file) -> a render (the
- * scene's arrays uploaded to one OpenCL device, the kernels built for what the scene calls for) -> samples -> the
+ * scene's arrays uploaded to an OpenCL device, the kernels built for what the scene calls for) -> samples -> the
  * film's channels, or a picture file.
  *
  *     brume_context *context;  brume_device *device;  brume_scene *scene;  brume_render *render;

@@ -8,10 +8,12 @@
 
 /* A member takes so much of what would be its share of what is left: the last chunks are small, and all end together. */
 #define CHUNK_SHARE 0.5
-/* Nor the last groups, where all together would do them in so much less time; but every so many launches it is seen
- * whether that is still so. */
+/* And nothing where all together would do what is left in so much less time. Whether that is still so is seen after so
+ * many launches, after twice as many if it is, and so on. */
 #define TOO_SLOW 2.0
-enum { MOST_DECLINED = 8 };
+/* Nobody is too slow for a whole launch who is done with something in less: that may as well be chance. */
+#define LAUNCH_SECONDS 0.05
+enum { LEAST_PATIENCE = 8, MOST_PATIENCE = 1 << 20 };
 
 /* ---- members --------------------------------------------------------------------------------------------------- */
 
@@ -142,7 +144,12 @@ double brume_crew_work(const brume_crew *crew, uint32_t member) { return crew->m
 
 /* ---- chunks ---------------------------------------------------------------------------------------------------- */
 
-/* How many of the groups that are left a member takes at once; 0: the others are done with them sooner. */
+/* Whether the others are done with the groups that are left before a member is with as few as keep it busy. */
+static int is_too_slow(const brume_crew_member *m, uint32_t left) {
+    return !m->is_fastest && m->speed > 0 && (double)brume_crew_member_least(m) > TOO_SLOW * left * m->share;
+}
+
+/* How many of them a member takes at once. */
 static uint32_t chunk_size(const brume_crew *crew, const brume_crew_member *m, uint32_t left, double most) {
     double least = (double)brume_crew_member_least(m), speed = m->speed / crew->job.samples;
     double wanted = CHUNK_SHARE * left * m->share;
@@ -150,8 +157,6 @@ static uint32_t chunk_size(const brume_crew *crew, const brume_crew_member *m, u
     if (wanted > most) wanted = most;
     if (wanted < least || !(speed > 0)) wanted = least;
     if (m->most && wanted > m->most) wanted = m->most;
-    int slow = !m->is_fastest && speed > 0 && least > TOO_SLOW * left * m->share;
-    if (slow && m->declined < MOST_DECLINED) return 0;
     return wanted < left ? (uint32_t)wanted : left;
 }
 
@@ -160,8 +165,8 @@ static int take_chunk(brume_crew *crew, brume_crew_member *m) {
     uint32_t next = __atomic_load_n(&crew->job.next, __ATOMIC_RELAXED), take;
     do {
         uint32_t left = crew->job.end - next;
+        if (left == 0 || is_too_slow(m, left)) return 0;
         take = chunk_size(crew, m, left, left);
-        if (take == 0) return 0;
     } while (!__atomic_compare_exchange_n(&crew->job.next, &next, next + take, 1, __ATOMIC_RELAXED, __ATOMIC_RELAXED));
     m->left_begin = next;
     m->left_end = next + take;
@@ -173,9 +178,13 @@ static void set_aside(brume_crew *crew, uint32_t groups) {
     for (uint32_t i = 0; i < crew->count; i++) {
         brume_crew_member *m = &crew->members[i];
         uint32_t left = crew->job.end - crew->job.next;
-        if (m->code != CL_SUCCESS) continue;
+        int slow = is_too_slow(m, groups) &&
+                   (double)brume_crew_member_least(m) * crew->job.samples > LAUNCH_SECONDS * m->speed;
+        if (m->code != CL_SUCCESS || (slow && m->declined++ < m->patience)) continue;
+        m->declined = 0;
+        m->patience = slow ? 2 * m->patience : LEAST_PATIENCE;
+        if (m->patience > MOST_PATIENCE) m->patience = MOST_PATIENCE;
         uint32_t take = chunk_size(crew, m, groups, m->share * groups);
-        m->declined = take ? 0 : m->declined + 1;
         m->left_begin = crew->job.next;
         m->left_end = crew->job.next += take < left ? take : left;
     }

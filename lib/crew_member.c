@@ -44,7 +44,8 @@ void brume_crew_member_destroy(brume_crew_member *m) {
 }
 
 size_t brume_crew_member_least(const brume_crew_member *m) {
-    return m->device.info.compute_units * m->render->local_size;
+    size_t narrow = m->render->stats.lanes / m->render->own_lanes; /* its work-items in a group */
+    return (m->device.info.compute_units * m->render->local_size + narrow - 1) / narrow;
 }
 
 /* ---- a chunk --------------------------------------------------------------------------------------------------- */

@@ -17,7 +17,7 @@ typedef struct brume_crew_member {
     double speed;           /* groups times samples a second, with all that goes with it; 0: unknown */
     double share;           /* of the speed of all that take part */
     int is_fastest;
-    uint32_t declined;      /* launches since it was too slow to be of use */
+    uint32_t declined, patience; /* launches without it since it was too slow to be of use; and until it is tried again */
     double work;            /* groups times samples done */
     uint32_t left_begin, left_end; /* of its chunk: groups that are still to be done */
     unsigned plan_stamp, schedule_stamp; /* what it has */

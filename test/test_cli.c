@@ -155,6 +155,22 @@ static int teardown(void **state)
     return cli_close(files, sizeof files / sizeof files[0]);
 }
 
+/* The halves of a device give its picture, where it can be split. */
+static void several_devices_same_bytes(void **state)
+{
+    (void)state;
+    static char whole[65536], shared[65536];
+    if (!cli_has_device() || cli_run("scene.xml -o two.png --spp 16 --device 0/2 --stats=json -v") != 0)
+        skip();
+    cli_expect_member("complete", "true");
+    assert_non_null(strstr(cli.err, "% of the work"));
+    assert_int_equal(cli_run("scene.xml -o one.png --spp 16 --device 0"), 0);
+    long a = cli_read("one.png", whole, sizeof whole), b = cli_read("two.png", shared, sizeof shared);
+    assert_in_range(a, 1, sizeof whole);
+    assert_int_equal(a, b);
+    assert_memory_equal(whole, shared, (size_t)a);
+}
+
 int main(void)
 {
     const struct CMUnitTest tests[] = {
@@ -164,6 +180,7 @@ int main(void)
         cmocka_unit_test(interrupt_writes_the_picture),
         cmocka_unit_test(interrupt_before_the_render_ends_at_once),
         cmocka_unit_test(same_seed_same_bytes),
+        cmocka_unit_test(several_devices_same_bytes),
     };
     return cmocka_run_group_tests(tests, setup, teardown);
 }

@@ -129,6 +129,16 @@ static void devices(void **state)
     cli_expect_error_line("no-such-device");
     assert_int_equal(cli_run("scene.xml --device 999"), 4);
     cli_expect_error_line("999");
+    assert_int_equal(cli_run("scene.xml --device 0,999"), 4);
+    cli_expect_error_line("no device 999");
+    assert_int_equal(cli_run("scene.xml --device 0,"), 4);
+    cli_expect_error_line("no device is called \"\"");
+    assert_int_equal(cli_run("scene.xml --device 0,0"), 2);
+    cli_expect_error_line("names device 0 twice");
+    assert_int_equal(cli_run("scene.xml --device 0/0"), 2);
+    cli_expect_error_line("no 0 parts");
+    assert_int_equal(cli_run("scene.xml --device 0/65"), 2);
+    cli_expect_error_line("--device names more than 64 devices");
 }
 
 static void unwritable_outputs_are_refused_first(void **state)
