@@ -11,6 +11,7 @@
 #include "render.h"
 
 #define LAUNCH_SECONDS 0.05
+#define CREW_SECONDS 0.1 /* of several devices, which cut it in chunks and wait for each other at its end */
 enum {
     MAX_PASS_SAMPLES = 16,         /* enough for lanes to take turns, few enough for a picture that fills evenly */
     MAX_CREW_SAMPLES = 64,         /* several devices move the film's slots to and fro for each */
@@ -77,7 +78,7 @@ static size_t least_groups(const brume_render *render) {
  * as long there, would be measured as slower, and the next one would be smaller still. */
 static uint32_t launch_size(const brume_render *render, uint32_t samples, uint32_t left) {
     if (render->launch_groups) return render->launch_groups < left ? render->launch_groups : left;
-    double wanted = render->groups_per_second * LAUNCH_SECONDS / samples;
+    double wanted = render->groups_per_second * (render->crew ? CREW_SECONDS : LAUNCH_SECONDS) / samples;
     if (wanted < (double)least_groups(render)) wanted = (double)least_groups(render);
     if (render->most_groups && wanted > render->most_groups) wanted = render->most_groups;
     return wanted < left ? (uint32_t)wanted : left;
