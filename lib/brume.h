@@ -577,8 +577,8 @@ BRUME_API brume_result brume_render_run(brume_render *render, brume_progress_cal
  * passes through every picture of fewer samples; adaptive sampling plans by what is asked for. At most 2^24. */
 BRUME_API brume_result brume_render_set_sample_count(brume_render *render, uint32_t sample_count);
 
-/* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms). Any thread, any
- * signal handler. */
+/* Makes a run in progress, or the next one, return BRUME_CANCELLED soon (a launch lasts about 50 ms, of several
+ * devices 100). Any thread, any signal handler. */
 BRUME_API void brume_render_cancel(brume_render *render);
 
 /* Keeps the render's state in a file, from which another render of the same scene and settings goes on, in this
