@@ -38,6 +38,7 @@ static const bench_scene scenes[] = {
     {"glass in coloured fog, HG", "scenes/glass-in-fog.xml", 0, {{"width", "200"}, {"height", "200"}}, 2, 16},
     {"glass, grey isotropic fog", "scenes/glass-in-fog.xml", WITHOUT(CHROMATIC_EXTINCTION) | WITHOUT(ANISOTROPY),
      {{"width", "200"}, {"height", "200"}}, 2, 16},
+    {"fog among triangles, scattered once", "scenes/ladder/open-beam.xml", 0, {{NULL}}, 0, 64},
 };
 enum { SCENE_COUNT = sizeof scenes / sizeof scenes[0] };
 

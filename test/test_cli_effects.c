@@ -87,7 +87,8 @@ static void info_says_why(void **state)
     expect_text(cli.out, "multiple-scattering   integrator (scene.xml:2): max_depth has no limit");
     expect_text(cli.out, "not there      chromatic-extinction");
     expect_text(cli.out, "code left out");
-    expect_text(cli.out, "KiB, ");
+    expect_text(cli.out, "KiB, 1 lanes wide, built in ");
+    expect_text(cli.out, "on the device  ");
 
     assert_int_equal(cli_run("info scene.xml --lanes 1 --without multiple-scattering,emission --stats=json"), 0);
     assert_true(json_valid(cli.out));
@@ -96,6 +97,8 @@ static void info_says_why(void **state)
     expect_text(cli.out, "\"effect\":\"anisotropy\",\"object\":\"medium\",\"index\":0,\"count\":1,\"id\":\"fog\"");
     assert_null(strstr(cli.out, "\"effect\":\"emission\""));
     assert_true(strtol(json_member(cli.out, "program_bytes"), NULL, 10) > 0);
+    assert_true(strtol(json_member(cli.out, "device_bytes"), NULL, 10) > 0);
+    assert_true(strtod(json_member(cli.out, "build_seconds"), NULL) > 0);
 }
 
 /* Whoever has the picture can tell that something was left out. */
