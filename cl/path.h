@@ -185,6 +185,7 @@ FN void path_step(const scene *s, path *p) {
         m = medium_of(s, p->medium);
         scatters = path_medium(s, p, &m, &t);
     }
+    if (s->is_pilot) return; /* the plan is made */
     trace_radiance(s, p, TRACE_ALONG);
     mask left = p->alive & !scatters & !met;
     if (ANY(left)) path_leave(s, p, left);

@@ -14,10 +14,9 @@
 #define BRUME_SCATTER_SEGMENT_H
 
 #include "beam_integral.h"
-#include "beam_table.h"
 #include "scatter_emitter.h"
+#include "scatter_plan.h"
 #include "scatter_point.h"
-#include "traverse_wedge.h"
 #include "visibility.h"
 
 /* On a camera ray, towards a directional lamp: what more of them gain they cost (measured by make ladder). */
@@ -25,73 +24,8 @@
 
 #define STRATEGY_HAS_RASTER (STRATEGY == STRATEGY_AUTO || STRATEGY == STRATEGY_RASTER)
 
-/* More nodes and leaves than this and the pilot's walk ends; fewer than PLAN_RASTER_VISITS and walks replace shadow
- * rays. Half a million thin branches take 235, a bunny 36, slats 12, a room 19. None is few enough to pay in pictures,
- * where what differs within a pixel is more than what the rays miss: rays that go together cost 10 ns each at 16 lanes.
- */
-#define PLAN_VISITS 24
-#ifndef PLAN_RASTER_VISITS
-#define PLAN_RASTER_VISITS 0
-#endif
-
-/* An emitter is small where the square of its distance from the ray exceeds its area (over the probability with which
- * it is chosen among others) by this. */
-#define SMALL_EMITTER R(100)
-
 /* Points of a lamp that nothing hides, where beam_integral doesn't suffice. */
 #define OPEN_POSITIONS 32
-
-/* Closer to the ray than this share of the scene the lamp and the ray span no plane worth trusting. */
-#define WEDGE_LEAST R(1e-4)
-
-typedef union { ureal32 all; uint one[LANES]; } lanes_of_u32;
-
-/* A segment and its medium. */
-typedef struct {
-    vec o, d;
-    real t_end;
-    medium m;
-    ireal inside; /* the medium's id */
-    mask primary; /* seen by the camera, not by a scattered path */
-    rgb throughput; /* of the path so far: what free flights along the segment are drawn by */
-} segment;
-
-/* Lane k's plane and part of the ray. */
-FN wedge wedge_take(const lanes_of_real *rows, int k) {
-    wedge w;
-    for (int a = 0; a < 3; a++) {
-        w.lamp[a] = rows[a].one[k];
-        w.x[a] = rows[3 + a].one[k];
-        w.y[a] = rows[6 + a].one[k];
-        w.z[a] = rows[9 + a].one[k];
-    }
-    w.D = rows[12].one[k];
-    w.t0 = rows[13].one[k];
-    w.t1 = rows[14].one[k];
-    w.slack = rows[15].one[k];
-    return w;
-}
-
-FN void wedge_store(const scene *s, const lamp *l, const beam *g, vec d, beam_interval i, lanes_of_real *rows) {
-    vec z = vcross(g->n, d);
-    rows[0].all = l->position.x; rows[1].all = l->position.y; rows[2].all = l->position.z;
-    rows[3].all = g->n.x; rows[4].all = g->n.y; rows[5].all = g->n.z;
-    rows[6].all = d.x; rows[7].all = d.y; rows[8].all = d.z;
-    rows[9].all = z.x; rows[10].all = z.y; rows[11].all = z.z;
-    rows[12].all = g->D;
-    rows[13].all = i.t0;
-    rows[14].all = i.t1;
-    real reach = lmin(lmax(fabs(i.t0), fabs(i.t1)) + g->D, R(4 * s->params->scene_radius));
-    real size = lmax(fabs(l->position.x), lmax(fabs(l->position.y), fabs(l->position.z)));
-    rows[15].all = (size + reach) * R(0x1p-20f);
-}
-
-/* The surfaces at the ends of the segment touch the wedge without hiding anything. */
-FN wedge wedge_between_ends(wedge w) {
-    w.t0 += w.slack;
-    w.t1 -= w.slack;
-    return w;
-}
 
 /* Lanes to whose segment nothing hides the lamp. */
 FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
@@ -104,60 +38,6 @@ FN mask wedge_open(const scene *s, const lanes_of_real *rows, mask live) {
         open.one[k] = w.t1 > w.t0 ? wedge_is_empty(&s->geometry, &w) : 0;
     }
     return open.all != I(0);
-}
-
-/* The pilot's verdict on a lamp, of each lane that has seen it: what is in the wedge, and which of PILOT_POSITIONS
- * positions are dark. `margin`: how far the pixel's other rays stray; where nothing comes as near as that, they are all
- * open. */
-#define PILOT_POSITIONS 16
-FN void plan_write(const scene *s, const lanes_of_real *rows, const lanes_of_u32 *dark, real margin, mask live,
-                   __global uchar *row) {
-    lanes_of_ireal in, slots;
-    lanes_of_real margins;
-    in.all = live;
-    margins.all = margin;
-    slots.all = s->plan_slot;
-    for (int k = 0; k < LANES; k++) {
-        if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
-        w.slack += margins.one[k];
-        wedge_contents c = wedge_survey(&s->geometry, &w, 0, 1, PLAN_VISITS);
-        uint bits = dark->one[k], all = (1u << PILOT_POSITIONS) - 1;
-        /* How often light and shadow take turns along the ray. */
-        int edges = (int)popcount((bits ^ (bits >> 1)) & (all >> 1));
-        uchar way = edges <= 1 ? PLAN_RAYS_2 : edges <= 5 ? PLAN_RAYS_4 : PLAN_RAYS_8;
-        if (c.visits < PLAN_RASTER_VISITS) way = PLAN_RASTER;
-        if (c.touches == 0) way = PLAN_INTEGRAL;
-        if (bits == all) way = PLAN_ONE;
-        row[slots.one[k]] = way;
-    }
-}
-
-FN ireal plan_read(const scene *s, __global const uchar *row) {
-    lanes_of_ireal p, slots;
-    slots.all = s->plan_slot;
-    EACH_LANE(k) p.one[k] = row[slots.one[k]];
-    return p.all;
-}
-
-/* One bit per position of each lane that something hides. */
-FN void wedge_rasterize(const scene *s, const lanes_of_real *rows, const lanes_of_real *t, ireal count, mask live,
-                        lanes_of_u32 *low, lanes_of_u32 *high) {
-    lanes_of_ireal in, counts;
-    in.all = live;
-    counts.all = count;
-    for (int k = 0; k < LANES; k++) {
-        if (!in.one[k]) continue;
-        wedge w = wedge_take(rows, k);
-        wedge_positions p;
-        p.count = (int)counts.one[k];
-        for (int j = 0; j < ((p.count + 7) & ~7); j++)
-            p.t[j >> 3].one[j & 7] = j < p.count ? t[j].one[k] : (real1)INFINITY;
-        int visits = 0;
-        ulong dark = wedge_dark(&s->geometry, &w, &p, &visits);
-        low->one[k] = (uint)dark;
-        high->one[k] = (uint)(dark >> 32);
-    }
 }
 
 /* On a segment, where some are primary. */
@@ -175,15 +55,14 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     mask open = FALSE_MASK, planar = FALSE_MASK, rest = live;
     /* A walk of the plane sees occluders only: not through null surfaces, and no media beyond them. */
     int nulls = HAS(NULL) && s->params->has_null;
-    /* The place on a large or near emitter is noise that more points of the segment don't remove. */
-    mask several = at->primary & (!l->met | (l->density * square(g->D) > SMALL_EMITTER));
+    mask several = several_points(l, at, g);
     /* With null surfaces there was no pilot, and the plan has no memory to be read from (needs_pilot in lib/render.c).
      */
-    int planned = STRATEGY == STRATEGY_AUTO && plan && !s->is_pilot && !nulls;
+    int planned = STRATEGY == STRATEGY_AUTO && plan && !nulls;
     ireal way = planned ? plan_read(s, plan) : I(PLAN_UNKNOWN);
     mask controlled = FALSE_MASK;
     if (!nulls) {
-        planar = live & several & (g->D > WEDGE_LEAST * R(s->params->scene_radius));
+        planar = live & several & spans_plane(s, g);
         mask smooth = planar & (l->light < I(0)) & !l->met, tried = planar & (way == I(PLAN_INTEGRAL)) & smooth;
         mask now = tried;
         /* First what the plan says is open; then what a walk finds open: where there was no plan, or no exact integral.
@@ -199,19 +78,19 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             mask surveyed = planar & !controlled & (tried | (way == I(PLAN_UNKNOWN)));
             if (round > 0 || !ANY(surveyed)) break;
             wedge_store(s, l, g, at->d, i, rows);
-            if (!s->is_pilot) open = wedge_open(s, rows, surveyed);
+            open = wedge_open(s, rows, surveyed);
             now = open & smooth & !tried;
         }
     }
     if (!ANY(rest)) return sum;
 
     real sigma = grey_extinction(&at->m);
-    int most = s->is_pilot ? PILOT_POSITIONS : scatter_positions(s, rest & several);
+    int most = scatter_positions(s, rest & several);
     ireal count = several ? I(most) : I(1);
     /* A pixel that is chosen for its error has an edge in it that the pilot's ray missed. */
     mask dark_by_plan = way == I(PLAN_ONE);
     mask plain = s->is_chosen ? controlled : controlled | dark_by_plan; /* equiangular: a table would not pay */
-    if (STRATEGY == STRATEGY_AUTO && !s->is_pilot) {
+    if (STRATEGY == STRATEGY_AUTO) {
         mask rayed = (way == I(PLAN_RAYS_2)) | (way == I(PLAN_RAYS_4)) | (way == I(PLAN_RAYS_8));
         /* Measured by make ladder. Where dark_by_plan counts, it is of a chosen pixel. */
         ireal rays = rayed ? I(1) << (way - I(PLAN_RAYS_2 - 1)) : (l->met | dark_by_plan) ? I(4) : I(2);
@@ -241,20 +120,10 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
     low.all = high.all = U32(0);
     mask rasters = FALSE_MASK;
     if (STRATEGY_HAS_RASTER) {
-        int wanted = STRATEGY == STRATEGY_RASTER || s->is_pilot;
+        int wanted = STRATEGY == STRATEGY_RASTER;
         rasters = rest & planar & !open & (wanted ? TRUE_MASK : way == I(PLAN_RASTER));
         if (!wanted && ANY(rasters)) wedge_store(s, l, g, at->d, i, rows);
         if (ANY(rasters)) wedge_rasterize(s, rows, t, count, rasters, &low, &high);
-    }
-    if (s->is_pilot) {
-        /* Filters reach about two pixels far. */
-        real margin = R(4.0f * s->params->tan_x / s->params->width) * lmax(i.t1 + g->delta, R(0));
-        /* Beside the ray the cone's rim lies elsewhere; the surfaces at the segment's ends hide nothing. */
-        real start = -g->delta, end = at->t_end - g->delta, slack = rows[15].all, stray = margin / g->D;
-        rows[13].all = i.t0 > start + slack ? i.t0 - fma(fabs(i.t0), stray, margin) : i.t0 + slack;
-        rows[14].all = i.t1 < end - slack ? i.t1 + fma(fabs(i.t1), stray, margin) : i.t1 - slack;
-        if (plan) plan_write(s, rows, &low, margin, rasters, plan);
-        return sum;
     }
     real angle = SCATTERS_EMITTERS && ANY(l->met) ? beam_whole(g, at->t_end).width : R(0);
     int chromatic = HAS(CHROMATIC) ? ANY(rest & !medium_is_grey(&at->m)) : 0;
@@ -379,6 +248,10 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
                 beam_interval i = part ? g.b : g.a;
                 mask lit = wants & !l.directional & (i.width > R(0));
                 if (!ANY(lit)) continue;
+                if (STRATEGY == STRATEGY_AUTO && s->is_pilot) {
+                    if (plan && !part) plan_interval(s, &l, at, &g, i, u_position, plan, lit);
+                    continue;
+                }
                 value = cadd(value, scatter_interval(s, &l, at, &g, i, u_position, part ? NULL : plan, lit));
             }
         }
