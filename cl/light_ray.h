@@ -22,13 +22,14 @@ typedef struct {
     vec end;      /* on it, moved off it to the lit side: where a shadow ray should start */
     vec ng, ns;   /* unit; ns on the lit side */
     rgb bounce;   /* flux reflected there, per steradian and cosine at ng */
+    real density; /* of such ends there, per area */
 } light_ray;
 
 FN light_ray light_ray_none(void) {
     light_ray r;
     r.some = r.diffuse = FALSE_MASK;
     r.o = r.d = r.end = r.ng = r.ns = vmake(R(0), R(0), R(1));
-    r.length = R(0);
+    r.length = r.density = R(0);
     r.flux = r.bounce = cgrey(R(0));
     return r;
 }
@@ -45,6 +46,7 @@ FN light_ray light_ray_select(mask m, light_ray a, light_ray b) {
     r.ng = vselect(m, a.ng, b.ng);
     r.ns = vselect(m, a.ns, b.ns);
     r.bounce = cselect(m, a.bounce, b.bounce);
+    r.density = m ? a.density : b.density;
     return r;
 }
 
@@ -65,6 +67,26 @@ FN vec lamp_sample(const lamp *l, real solid_angle, real u, real v_turn, real *w
     orthonormal_basis(l->axis, &t, &b);
     lsincos_turns(v_turn, &sp, &cp);
     return vmad(t, sine * cp, vmad(b, sine * sp, vscale(l->axis, R(1) - v)));
+}
+
+/* The density of such directions at 1 - cos(angle to the axis) = v, per steradian. */
+FN real lamp_density(const lamp *l, real solid_angle, real v) {
+    real rest = R(1) - R(2 * PI) * l->v_beam / solid_angle, half_sine2 = R(0.5) * v;
+    real sine = R(2) * sqrt(half_sine2 * lmax(R(1) - half_sine2, R(0)));
+    real fading = rest < R(1e-6) ? R(0) : lamp_falloff(l, v) * rest * l->inv_fade / lmax(R(PI) * sine, R(1e-30));
+    real density = v <= l->v_beam ? R(1) / solid_angle : fading;
+    return l->cone ? density : R(1 / (4 * PI));
+}
+
+/* How densely rays of light of lamp k end about the point p of a surface with normal ng, if nothing is in their way;
+ * per area. wi: towards the lamp. */
+FN real light_ray_density(const scene *s, const lamp *l, ireal k, vec wi, real distance, vec ng) {
+    ireal at = I(s->params->lamp_cdf) + k;
+    real share = gather(s->cdf, at + I(1)) - gather(s->cdf, at);
+    vec off = vadd(wi, l->axis);
+    real density = share * lamp_density(l, GATHER(s->lights, solid_angle, k), R(0.5) * vdot(off, off));
+    density = density * fabs(vdot(ng, wi)) / square(distance);
+    return l->directional ? R(0) : density;
 }
 
 FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask live) {
@@ -97,6 +119,7 @@ FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask 
     r.end = offset_origin(at.p, at.ng, vneg(d));
     r.ng = at.ng;
     r.ns = vscale(at.ns, side);
+    r.density = light_ray_density(s, &l, k, vneg(d), lmax(r.length, R(1e-18)), at.ng);
     /* What arrives per area goes with the true normal, what is reflected with the shading normal. */
     real per_flux = cosine / lmax(fabs(vdot(at.ng, d)), R(1e-6)) * R(1 / PI);
     r.bounce = cselect(reflects, cscale(cmul(r.flux, b.reflectance), per_flux), cgrey(R(0)));

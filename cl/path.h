@@ -12,7 +12,7 @@
 #define BRUME_PATH_H
 
 #include "film.h"
-#include "path_light.h"
+#include "path_bounce.h"
 #include "path_medium.h"
 #include "trace.h"
 
@@ -231,6 +231,10 @@ FN void path_step(const scene *s, path *p) {
         if (emitters || (lamps && s->params->light_count > 1))
             u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
         if (HAS(DELTA_LIGHTS) && lamps) path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
+        if (INDIRECT_IS_RAYS) {
+            mask bounces = lit & v.at_surface & (p->depth + I(3) <= max_depth);
+            if (ANY(bounces)) path_sample_bounce(s, p, &v, bounces);
+        }
         if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && emitters) path_sample_emitters(s, p, &v, u, by_emitters);
     }
     trace_radiance(s, p, TRACE_LIT);

@@ -37,6 +37,23 @@ FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
 /* Where a ray towards wi starts. */
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
 
+FN real power_heuristic(real a, real b) {
+    real r = b / lmax(a, R(1e-37));
+    return R(1) / fma(r, r, R(1));
+}
+
+/* Weight of lamp k at a diffuse surface that the path has come to from another: rays of light find that, too
+ * (path_bounce.h). */
+FN real lamp_weight_after_surface(const scene *s, const path *p, const vertex *v, const lamp *l, ireal k,
+                                  lamp_arrival a) {
+    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0));
+    if (!ANY(shared)) return R(1);
+    vec way = vsub(v->p, p->from);
+    real by_path = p->pdf * fabs(vdot(v->ng, p->d)) / lmax(vdot(way, way), R(1e-36));
+    real by_light = light_ray_density(s, l, k, a.wi, a.distance, v->ng);
+    return shared ? power_heuristic(by_path, by_light) : R(1);
+}
+
 FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light, mask live) {
     real share = R(1);
     ireal choice = I(0);
@@ -49,16 +66,13 @@ FN void path_sample_lamps(const scene *s, path *p, const vertex *v, real u_light
     rgb f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, a.wi)).f;
     if (STRATEGY == STRATEGY_DISTANCE && FLIES) f = cselect(v->in_medium, cgrey(phase_hg(p->d, a.wi, v->g)), f);
     rgb value = cscale(cmul(f, a.irradiance), R(1) / lmax(share, R(1e-30)));
+    if (INDIRECT_IS_RAYS)
+        value = cscale(value, lamp_weight_after_surface(s, p, v, &l, live ? choice : I(0), a));
     live = live & !is_black(value);
     if (!ANY(live)) return;
     rgb seen = visibility_from(s, vertex_origin(v, a.wi), a.wi, a.distance * SHORT_OF_LIGHT,
                                vertex_medium(s, p, v, a.wi), v->own, live);
     path_add(p, live, cmul(value, seen), v->in_medium, 1);
-}
-
-FN real power_heuristic(real a, real b) {
-    real r = b / lmax(a, R(1e-37));
-    return R(1) / fma(r, r, R(1));
 }
 
 FN void path_sample_emitters(const scene *s, path *p, const vertex *v, random4 u, mask live) {
