@@ -22,4 +22,7 @@
 /* Whether a path may scatter in a medium and go on from there. */
 #define FLIES (HAS(MEDIA) && HAS(SCATTERING) && (HAS(FLIGHTS) || !STRATEGY_GATHERS))
 
+/* Whether a path carries a ray of light from a lamp. */
+#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
+
 #endif

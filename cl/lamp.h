@@ -22,6 +22,7 @@ typedef struct {
     mask met;         /* a path can meet it, too: light of an emitting surface or the environment, chosen with */
     real density;     /* this density, per area or per steradian; `intensity` is over it */
     ireal light;      /* whose gobo it has: index into lights, or -1 */
+    real rays;        /* of light that leave it (light_ray.h), per steradian, where somebody has asked */
 } lamp;
 
 FN lamp lamp_uniform(const scene *s, int k) {
@@ -39,6 +40,7 @@ FN lamp lamp_uniform(const scene *s, int k) {
     l.cosine = l.met = FALSE_MASK;
     l.density = R(1);
     l.light = I(HAS(TEXTURES) && light->texture >= 0 ? k : -1);
+    l.rays = R(0);
     return l;
 }
 
@@ -58,8 +60,16 @@ FN lamp lamp_gather(const scene *s, ireal k) {
     l.cosine = l.met = FALSE_MASK;
     l.density = R(1);
     l.light = I(-1);
+    l.rays = R(0);
     if (HAS(TEXTURES)) l.light = GATHER_INT(s->lights, texture, k) >= I(0) ? k : I(-1);
     return l;
+}
+
+/* The density with which a ray of light is one of lamp k in full beam, per steradian. */
+FN real lamp_rays(const scene *s, ireal k) {
+    ireal at = I(s->params->lamp_cdf) + k;
+    real share = gather(s->cdf, at + I(1)) - gather(s->cdf, at), solid_angle = GATHER(s->lights, solid_angle, k);
+    return solid_angle > R(0) ? share / solid_angle : R(0);
 }
 
 /* The angle whose 1 - cos is v, for v in [0, 2]: 2 asin sqrt(v/2), within 3.1 ulp at both ends, too. */

@@ -23,13 +23,14 @@ typedef struct {
     vec ng, ns;   /* unit; ns on the lit side */
     rgb bounce;   /* flux reflected there, per steradian and cosine at ng */
     real density; /* of such ends there, per area */
+    real rays;    /* like it that leave its lamp, per steradian of full beam */
 } light_ray;
 
 FN light_ray light_ray_none(void) {
     light_ray r;
     r.some = r.diffuse = FALSE_MASK;
     r.o = r.d = r.end = r.ng = r.ns = vmake(R(0), R(0), R(1));
-    r.length = r.density = R(0);
+    r.length = r.density = r.rays = R(0);
     r.flux = r.bounce = cgrey(R(0));
     return r;
 }
@@ -47,6 +48,7 @@ FN light_ray light_ray_select(mask m, light_ray a, light_ray b) {
     r.ns = vselect(m, a.ns, b.ns);
     r.bounce = cselect(m, a.bounce, b.bounce);
     r.density = m ? a.density : b.density;
+    r.rays = m ? a.rays : b.rays;
     return r;
 }
 
@@ -69,23 +71,20 @@ FN vec lamp_sample(const lamp *l, real solid_angle, real u, real v_turn, real *w
     return vmad(t, sine * cp, vmad(b, sine * sp, vscale(l->axis, R(1) - v)));
 }
 
-/* The density of such directions at 1 - cos(angle to the axis) = v, per steradian. */
+/* The density of such directions at 1 - cos(angle to the axis) = v, over that of full beam, which is 1 / solid_angle. */
 FN real lamp_density(const lamp *l, real solid_angle, real v) {
     real rest = R(1) - R(2 * PI) * l->v_beam / solid_angle, half_sine2 = R(0.5) * v;
     real sine = R(2) * sqrt(half_sine2 * lmax(R(1) - half_sine2, R(0)));
     real fading = rest < R(1e-6) ? R(0) : lamp_falloff(l, v) * rest * l->inv_fade / lmax(R(PI) * sine, R(1e-30));
-    real density = v <= l->v_beam ? R(1) / solid_angle : fading;
-    return l->cone ? density : R(1 / (4 * PI));
+    return ((v <= l->v_beam) | !l->cone) ? R(1) : fading * solid_angle;
 }
 
-/* How densely rays of light of lamp k end about the point p of a surface with normal ng, if nothing is in their way;
- * per area. wi: towards the lamp. */
+/* How densely rays of light of lamp k end about a point of a surface with normal ng, if nothing is in their way; per
+ * area. wi: towards the lamp. */
 FN real light_ray_density(const scene *s, const lamp *l, ireal k, vec wi, real distance, vec ng) {
-    ireal at = I(s->params->lamp_cdf) + k;
-    real share = gather(s->cdf, at + I(1)) - gather(s->cdf, at);
     vec off = vadd(wi, l->axis);
-    real density = share * lamp_density(l, GATHER(s->lights, solid_angle, k), R(0.5) * vdot(off, off));
-    density = density * fabs(vdot(ng, wi)) / square(distance);
+    real density = lamp_density(l, GATHER(s->lights, solid_angle, k), R(0.5) * vdot(off, off));
+    density = lamp_rays(s, k) * density * fabs(vdot(ng, wi)) / square(distance);
     return l->directional ? R(0) : density;
 }
 
@@ -102,6 +101,7 @@ FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask 
     r.some = live;
     r.o = l.position;
     r.d = d;
+    r.rays = lamp_rays(s, k);
     r.flux = cscale(cmul(l.intensity, lamp_gobo(s, &l, d)), weight / lmax(share, R(1e-30)));
     /* A lamp may sit on a surface. */
     hit h = closest(&s->geometry, r.o, d, R(8) * lamp_resolution(&l, l.position), FAR_AWAY, live);

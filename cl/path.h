@@ -232,7 +232,7 @@ FN void path_step(const scene *s, path *p) {
             u = random_set(&p->random, random_bounce_set(p->segments, SET_LIGHT));
         if (HAS(DELTA_LIGHTS) && lamps) path_sample_lamps(s, p, &v, unit(u.w), by_lamps);
         if (INDIRECT_IS_RAYS) {
-            mask bounces = lit & v.at_surface & (p->depth + I(3) <= max_depth);
+            mask bounces = lit & (p->depth + I(3) <= max_depth);
             if (ANY(bounces)) path_sample_bounce(s, p, &v, bounces);
         }
         if ((HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && emitters) path_sample_emitters(s, p, &v, u, by_emitters);

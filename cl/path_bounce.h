@@ -1,39 +1,97 @@
-/* path_bounce.h -- light of a lamp that one surface reflects onto another: a path's surface is connected to where its ray
- * of light (light_ray.h) has ended.
+/* path_bounce.h -- light that comes to a surface by way of one more scattering event: the path's vertex there is connected
+ * to its ray of light (light_ray.h), at a point of it or where it ends on a diffuse surface. One of the two, in
+ * proportion to what they would give if nothing stood between.
  *
- * A spot lights a small part of a room, which then lights the rest; a path that leaves a surface by chance seldom meets
- * that part. The path that does, and samples the lamp there, counts the same light; the two share the work by the power
- * heuristic (bidirectional path tracing's strategy of two vertices from the light: Veach 1997, ch. 10). Both take it
- * that the path, there, chooses the lamp for certain: any weights that add up to one are right.
+ * A spot lights a small part of a room, which then lights the rest, and next to a lamp fog is bright without bound: by
+ * chance a path seldom meets either. The path that does counts the same light, by the lamp's light sampled at the other
+ * surface (path_light.h) or gathered along the segment (scatter_segment.h); it shares the work by the power heuristic,
+ * as in bidirectional path tracing (Veach 1997, ch. 10; in media: Krivanek et al. 2014, "Unifying points, beams, and
+ * paths in volumetric light transport simulation"). Densities are rough where that makes them cheap: of the lamp the
+ * path is taken to choose the right one. Any weights that add up to one are right.
  */
 #ifndef BRUME_PATH_BOUNCE_H
 #define BRUME_PATH_BOUNCE_H
 
+#include "path_indirect.h"
 #include "path_light.h"
 
+/* To a point of the ray of light on the vertex's side. What stands between apart. */
+FN connection bounce_off_ray(const path *p, const vertex *v, const medium *m, real u) {
+    const light_ray *r = &p->light;
+    connection out;
+    vec to_x = vsub(v->p, r->o);
+    real length = connect_reach(m, r->length);
+    /* Where the ray of light goes through the plane of the surface. */
+    real side = v->wo.z < R(0) ? R(-1) : R(1), above = -side * vdot(v->frame.n, to_x);
+    real rises = side * vdot(v->frame.n, r->d), crosses = -above / (fabs(rises) > R(1e-12) ? rises : R(1e-12));
+    real s0 = rises > R(0) ? lclamp(crosses, R(0), length) : R(0);
+    real s1 = rises > R(0) ? length : lclamp(crosses, R(0), length);
+    real along = vdot(to_x, r->d);
+    vec across = vmad(r->d, -along, to_x);
+    real D = lmax(vlength(across), R(0x1p-18f) * (vlength(to_x) + R(1e-18)));
+    equiangular_range range = equiangular_range_of(D, s0 - along, s1 - along);
+    real s = lclamp(along + equiangular_sample(&range, u), s0, s1);
+    out.y = vmad(r->d, s, r->o);
+    vec y_to_x = vsub(v->p, out.y);
+    out.distance = lmax(vlength(y_to_x), D);
+    out.wi = vscale(y_to_x, R(-1) / out.distance);
+    bsdf_value f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, out.wi));
+    real weight = shared_with_rays(r->rays, out.distance, lmax(f.pdf, R(0)), s);
+    out.value = cmul(cmul(f.f, r->flux), cmul(cmul(m->sigma_t, m->albedo), medium_transmittance(m->sigma_t, s)));
+    out.value = cscale(out.value, weight * phase_hg(r->d, vneg(out.wi), m->g) * lmax(range.width, R(0)) / D);
+    return out;
+}
+
+/* To the surface at its end. */
+FN connection bounce_off_end(const path *p, const vertex *v, const medium *m) {
+    const light_ray *r = &p->light;
+    connection out;
+    vec to = vsub(r->end, v->p);
+    out.y = r->end;
+    out.distance = lmax(vlength(to), R(1e-18));
+    out.wi = vscale(to, R(1) / out.distance);
+    mask faces = vdot(r->ns, out.wi) < R(0);
+    real cosine = faces ? fabs(vdot(r->ng, out.wi)) / square(out.distance) : R(0);
+    bsdf_value f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, out.wi));
+    out.value = cmul(cmul(f.f, r->bounce), medium_transmittance(m->sigma_t, r->length));
+    out.value = cscale(out.value, cosine * power_heuristic(r->density, f.pdf * cosine));
+    return out;
+}
+
+/* From a surface that isn't specular. */
 FN void path_sample_bounce(const scene *s, path *p, const vertex *v, mask live) {
     const light_ray *r = &p->light;
-    live = live & r->some & r->diffuse & !is_black(r->bounce);
+    ireal inside = vertex_medium(s, p, v, vselect(vdot(v->ng, p->d) > R(0), vneg(v->ng), v->ng));
+    live = live & r->some & (inside >= I(0));
     if (!ANY(live)) return;
-    vec to = vsub(r->end, v->p);
-    real distance = lmax(vlength(to), R(1e-18));
-    vec wi = vscale(to, R(1) / distance);
-    mask faces = vdot(r->ns, wi) < R(0);
-    real cosine = faces ? fabs(vdot(r->ng, wi)) / square(distance) : R(0);
-    bsdf_value f = bsdf_eval(&v->b, v->wo, to_local(&v->frame, wi));
-    rgb value = cscale(cmul(f.f, r->bounce), cosine * power_heuristic(r->density, f.pdf * cosine));
-    live = live & !is_black(value);
-    if (!ANY(live)) return;
-    /* From where one ray starts to where the other does: off both surfaces. */
-    vec back = vsub(vertex_origin(v, wi), r->end);
-    real length = lmax(vlength(back), R(1e-18));
-    ireal inside = vertex_medium(s, p, v, wi);
-    rgb seen = visibility(s, r->end, vscale(back, R(1) / length), length * SHORT_OF_LIGHT, inside, live);
-    if (HAS(MEDIA) && ANY(live & (inside >= I(0)))) {
-        medium m = medium_of(s, inside);
-        seen = cmul(seen, medium_transmittance(m.sigma_t, r->length));
+    medium m = medium_of(s, inside);
+    random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_BOUNCE));
+    real sigma = cmean(m.sigma_t), choice = unit(u.y);
+    connection c = bounce_off_ray(p, v, &m, unit(u.x));
+    real a = luminance(c.value) * lexp(-sigma * c.distance), share = R(1);
+    path_break(p, live & is_bad(a));
+    mask reflects = live & r->diffuse & !is_black(r->bounce);
+    if (ANY(reflects)) {
+        connection e = bounce_off_end(p, v, &m);
+        real b = luminance(e.value) * lexp(-sigma * e.distance);
+        path_break(p, reflects & is_bad(b));
+        b = (reflects & (b > R(0))) ? b : R(0);
+        share = a / lmax(a + b, R(1e-37));
+        mask end = reflects & (choice >= share);
+        share = end ? R(1) - share : share;
+        share = reflects ? share : R(1);
+        c.value = cselect(end, e.value, c.value);
+        c.y = vselect(end, e.y, c.y);
+        c.wi = vselect(end, e.wi, c.wi);
+        c.distance = end ? e.distance : c.distance;
     }
-    path_add(p, live, cmul(value, seen), FALSE_MASK, 2);
+    live = live & !is_black(c.value) & (share > R(0));
+    if (!ANY(live)) return;
+    /* To where a ray from the vertex would start: off both surfaces. */
+    vec back = vsub(vertex_origin(v, c.wi), c.y);
+    real length = lmax(vlength(back), R(1e-18));
+    rgb seen = visibility(s, c.y, vscale(back, R(1) / length), length * SHORT_OF_LIGHT, inside, live);
+    path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))), FALSE_MASK, 2);
 }
 
 #endif

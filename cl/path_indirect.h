@@ -18,6 +18,7 @@
 #ifndef BRUME_PATH_INDIRECT_H
 #define BRUME_PATH_INDIRECT_H
 
+#include "equiangular.h"
 #include "path_state.h"
 #include "phase_hg.h"
 #include "piecewise.h"

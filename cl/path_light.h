@@ -9,6 +9,7 @@
 
 #include "bsdf.h"
 #include "emitter.h"
+#include "heuristic.h"
 #include "light_choice.h"
 #include "path_state.h"
 #include "phase_hg.h"
@@ -37,16 +38,12 @@ FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
 /* Where a ray towards wi starts. */
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
 
-FN real power_heuristic(real a, real b) {
-    real r = b / lmax(a, R(1e-37));
-    return R(1) / fma(r, r, R(1));
-}
-
 /* Weight of lamp k at a diffuse surface that the path has come to from another: rays of light find that, too
  * (path_bounce.h). */
 FN real lamp_weight_after_surface(const scene *s, const path *p, const vertex *v, const lamp *l, ireal k,
                                   lamp_arrival a) {
-    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0));
+    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0)) &
+                  (p->medium >= I(0));
     if (!ANY(shared)) return R(1);
     vec way = vsub(v->p, p->from);
     real by_path = p->pdf * fabs(vdot(v->ng, p->d)) / lmax(vdot(way, way), R(1e-36));

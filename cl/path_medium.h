@@ -48,6 +48,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         at.inside = p->medium;
         at.primary = p->depth == I(0);
         at.throughput = p->throughput;
+        at.pdf = INDIRECT_IS_RAYS ? p->pdf : R(-1);
         rgb gathered = scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), place, by_lamps, by_emitters);
         path_add(p, gathers, gathered, TRUE_MASK, 1);
     }

@@ -43,8 +43,6 @@ typedef struct {
     flight_record flew; /* with SCATTERS_EMITTERS, where from_medium */
 } path;
 
-#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
-
 /* Media in which something is drawn along the first segment. */
 #define DRAWS_FIRST (HAS(MEDIA) && HAS(SCATTERING))
 

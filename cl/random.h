@@ -26,7 +26,8 @@ enum {
     SET_LIGHT,   /* x: which emitter; y, z: position on it; w: which lamp */
     SET_INDIRECT, /* x: point on the ray of light; y, z: of the segment, towards it and towards its end; w: which */
     SET_EMITTER,  /* x: which emitter; y, z: position on it, for light gathered along the segment */
-    SETS_PER_BOUNCE
+    SETS_PER_BOUNCE,
+    SET_BOUNCE = 1 << 16 /* x: point on the ray of light; y: that or its end. Beyond all others of any segment */
 };
 
 #define FIRST_BOUNCE_SET 3

@@ -12,6 +12,7 @@
 #include "emitter.h"
 #include "lamp.h"
 #include "medium.h"
+#include "equiangular.h"
 #include "phase_hg.h"
 
 #define SCATTERS_EMITTERS (FLIES && (HAS(AREA_LIGHTS) || HAS(ENVIRONMENT)) && STRATEGY_IS_PRODUCT)
@@ -31,6 +32,7 @@ FN lamp emitter_lamp(const scene *s, vec o, vec d, real t_end, random4 random, m
     l.directional = live & (unit(random.x) < share);
     l.density = R(1);
     l.light = I(-1);
+    l.rays = R(0);
     if (HAS(ENVIRONMENT) && ANY(l.directional)) {
         real pdf;
         vec to = environment_sample(s, unit(random.y), unit(random.z), &pdf);

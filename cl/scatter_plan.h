@@ -39,6 +39,7 @@ typedef struct {
     ireal inside; /* the medium's id */
     mask primary; /* seen by the camera, not by a scattered path */
     rgb throughput; /* of the path so far: what free flights along the segment are drawn by */
+    real pdf;       /* with which a surface sent it off, per steradian; below 0: no ray of light shares what it meets */
 } segment;
 
 /* Lane k's plane and part of the ray. */
@@ -125,7 +126,7 @@ FN mask spans_plane(const scene *s, const beam *g) { return g->D > WEDGE_LEAST *
 
 /* PLAN_INTEGRAL where nothing is in the wedge nor as near to it as the pixel's other rays stray: nothing hides the lamp
  * from any of them. */
-FN ireal plan_of_contents(const scene *s, const lamp *l, const segment *at, const beam *g, beam_interval i,
+FN ireal plan_of_contents(const scene *s, const segment *at, const beam *g, beam_interval i,
                           const lanes_of_real *exact, mask live) {
     lanes_of_real rows[16];
     lanes_of_ireal in, way;
@@ -185,7 +186,7 @@ CALL void plan_interval(const scene *s, const lamp *l, const segment *at, const 
     live = live & several_points(l, at, g) & spans_plane(s, g);
     if (!ANY(live)) return;
     wedge_store(s, l, g, at->d, i, rows);
-    ireal way = plan_of_contents(s, l, at, g, i, rows, live);
+    ireal way = plan_of_contents(s, at, g, i, rows, live);
     mask shaded = live & (way != I(PLAN_INTEGRAL));
     if (ANY(shaded)) way = plan_of_shadows(s, l, at, g, i, u, rows, way, shaded);
     plan_write(s, way, live, row);

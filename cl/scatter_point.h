@@ -17,6 +17,7 @@ typedef struct {
     vec wi; /* towards the lamp */
     real distance;
     rgb value;
+    real rays; /* of the lamp, as lamp_rays has it */
 } in_scatter;
 
 /* The share u of what a medium scatters within t_end, by transmittance. In a thin one to second order in
@@ -102,6 +103,7 @@ FN in_scatter scatter_along(const scene *s, vec o, vec d, real t_end, const medi
     rgb sigma_s = cmul(m->sigma_t, m->albedo);
     p.value = cmul(cscale(p.value, R(1) / share), cmul(sigma_s, medium_transmittance(m->sigma_t, p.t)));
     if (ANY(l.cone)) p.value = cmul(p.value, lamp_gobo(s, &l, vneg(p.wi)));
+    p.rays = INDIRECT_IS_RAYS ? lamp_rays(s, chosen ? choice : I(0)) : R(0);
     p.some = chosen & p.some & !is_black(p.value);
     return p;
 }

@@ -14,6 +14,7 @@
 #define BRUME_SCATTER_SEGMENT_H
 
 #include "beam_integral.h"
+#include "heuristic.h"
 #include "scatter_emitter.h"
 #include "scatter_plan.h"
 #include "scatter_point.h"
@@ -160,6 +161,10 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
             real by_path = medium_flight_density(&at->m, at->throughput, along) * f * angle;
             weight = l->met ? by_light / lmax(by_light + by_path, R(1e-37)) : R(1);
         }
+        if (INDIRECT_IS_RAYS) {
+            mask shared = (at->pdf >= R(0)) & !l->met;
+            weight = shared ? shared_with_rays(at->pdf, p.distance, l->rays, along) : weight;
+        }
         f = f * weight * i.width / (g->D * density[j]) * per_count;
         f = controlled ? -f : f;
         rgb value = cscale(seen, f);
@@ -210,6 +215,10 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
         mask some = by_lamps & g.some;
         if (!ANY(some)) return cgrey(R(0));
         rgb seen = visibility(s, vmad(at->d, g.t, at->o), g.wi, g.distance * SHORT_OF_LIGHT, at->inside, some);
+        if (INDIRECT_IS_RAYS) {
+            real weight = shared_with_rays(at->pdf, g.distance, g.rays, g.t);
+            seen = cscale(seen, at->pdf >= R(0) ? weight : R(1));
+        }
         return cselect(some, cmul(g.value, seen), cgrey(R(0)));
     }
     mask every = STRATEGY != STRATEGY_PRODUCT && count <= EVERY_LAMP ? at->primary : FALSE_MASK;
@@ -235,6 +244,7 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
             if (!ANY(wants)) continue;
             l = lamp_gather(s, wants ? which : I(0));
             scale = every ? R(1) : R(1) / share;
+            if (INDIRECT_IS_RAYS && ANY(at->pdf >= R(0))) l.rays = lamp_rays(s, wants ? which : I(0));
             if (s->plan && count <= EVERY_LAMP) plan = s->plan + s->plan_stride * (size_t)k;
         } else {
             l = emitter_lamp(s, at->o, at->d, at->t_end, u_emitter, wants);
