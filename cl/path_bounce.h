@@ -87,10 +87,10 @@ FN void path_sample_bounce(const scene *s, path *p, const vertex *v, mask live) 
     }
     live = live & !is_black(c.value) & (share > R(0));
     if (!ANY(live)) return;
-    /* To where a ray from the vertex would start: off both surfaces. */
-    vec back = vsub(vertex_origin(v, c.wi), c.y);
-    real length = lmax(vlength(back), R(1e-18));
-    rgb seen = visibility(s, c.y, vscale(back, R(1) / length), length * SHORT_OF_LIGHT, inside, live);
+    /* Aimed anew from where the ray starts, as at emitters (path_light.h). */
+    vec origin = vertex_origin(v, c.wi), to = vsub(c.y, origin);
+    real length = lmax(vlength(to), R(1e-18));
+    rgb seen = visibility_from(s, origin, vscale(to, R(1) / length), length * SHORT_OF_LIGHT, inside, v->own, live);
     path_add(p, live, cscale(cmul(c.value, seen), R(1) / lmax(share, R(1e-30))), FALSE_MASK, 2);
 }
 

@@ -107,7 +107,7 @@ static void every_indirect(void **state) {
 
 static void planted_errors_are_noticed(void **state) {
     static const struct { const char *file, *right, *wrong; way w; } plants[] = {
-        {"path_light.h", "fma(r, r, R(1))", "fma(r, r, R(1.5))",
+        {"heuristic.h", "fma(r, r, R(1))", "fma(r, r, R(1.5))",
          {BRUME_STRATEGY_AUTO, BRUME_INDIRECT_PHASE, 0.9, BALL}},
         {"path.h", "fma(LAMPWARD, about, (R(1) - LAMPWARD) * phase)", "fma(LAMPWARD, about, phase)",
          {BRUME_STRATEGY_AUTO, BRUME_INDIRECT_MIXTURE, 0, BALL}},
