@@ -58,7 +58,7 @@ static void wrong_functions_are_noticed(void **state) {
         {"unit_positive", "random.h", "fma(to_real(bits), R(2.3283064365386963e-10), R(2.3283064365386963e-10))",
          "fma(to_real(bits), R(2.3283064365386963e-10), R(0))"},
         {"lasinh", "path_indirect.h", "a > R(1e18)", "a > R(1e38)"},
-        {"power_heuristic", "path_light.h", "real r = b / lmax(a, R(1e-37));", "real r = b / a;"},
+        {"power_heuristic", "heuristic.h", "real r = b / lmax(a, R(1e-37));", "real r = b / a;"},
         {"fresnel_conductor", "fresnel.h", "square(ac - sin2) + b2c2 + R(1e-30)", "square(ac - sin2) + b2c2"},
         {"fresnel_conductor", "fresnel.h", "fma(eta - R(1), eta + R(1), fma(-k, k, c2))",
          "fma(eta - k, eta + k, -sin2)"},
