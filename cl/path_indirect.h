@@ -9,7 +9,8 @@
  * Who counts what: let the vertex next to the lamp be y and the one before it, seen from the lamp, x. If x lies in a
  * medium, and y in a medium or on a diffuse surface, the path is counted here, at the segment that holds x; and so
  * neither where a segment that starts in a medium gathers from lamps (path_medium.h), nor where a diffuse surface that
- * was reached from a medium samples them (path.h). All other paths are counted there and not here.
+ * was reached from a medium samples them (path.h). All other paths are counted there; where x lies
+ * on a surface they share with path_bounce.h.
  *
  * Points on the two rays: t on the segment by the inverse hyperbolic sine of the distance from where the rays are
  * closest, which cancels the distance between x and the ray of light; then s on the ray of light equiangularly about x,

@@ -107,7 +107,7 @@ static estimate second_order(brume_strategy strategy) {
     return estimate_of(twice);
 }
 
-static double errors_off(estimate e, double expected) {
+static double tell(estimate e, double expected) {
     double off = fabs(e.mean[0] - expected) / e.error[0];
     print_message("%.6g, expected %.6g: %+.2f %%, standard error %.2f %%, %.1f of them\n", e.mean[0], expected,
                   100 * (e.mean[0] / expected - 1), 100 * e.error[0] / expected, off);
@@ -124,7 +124,7 @@ static void walls_light_each_other(void **state) {
     for (int i = 0; i < ROOMS; i++) {
         double right = room_radiance(rooms[i].lamps, rooms[i].depth);
         estimate e = room(rooms[i].lamps, rooms[i].depth);
-        double off = errors_off(e, right);
+        double off = tell(e, right);
         assert_true(e.error[0] < 0.005 * right);
         assert_false(is_wrong(off));
         where = off > worst ? i : where;
@@ -140,7 +140,7 @@ static void fog_lights_a_floor(void **state) {
     NEEDS_DEVICE();
     for (int i = 0; i < STRATEGIES; i++) {
         estimate e = second_order(strategies[i]);
-        double off = errors_off(e, right);
+        double off = tell(e, right);
         assert_true(e.error[0] < 0.005 * right);
         assert_false(is_wrong(off));
     }
@@ -171,9 +171,9 @@ static void planted_errors_are_noticed(void **state) {
     for (size_t i = 0; i < sizeof bugs / sizeof bugs[0]; i++) {
         planted_bug(bugs[i].file, bugs[i].right, bugs[i].wrong);
         int k = -1 - bugs[i].where;
-        double off = k >= 0 ? errors_off(room(rooms[k].lamps, rooms[k].depth),
+        double off = k >= 0 ? tell(room(rooms[k].lamps, rooms[k].depth),
                                          room_radiance(rooms[k].lamps, rooms[k].depth))
-                            : errors_off(second_order((brume_strategy)bugs[i].where), orders_second(&beside, 3));
+                            : tell(second_order((brume_strategy)bugs[i].where), orders_second(&beside, 3));
         planted_remove();
         if (!is_wrong(off)) fail_msg("not noticed: %s", bugs[i].wrong);
     }
