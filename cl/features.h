@@ -23,6 +23,6 @@
 #define FLIES (HAS(MEDIA) && HAS(SCATTERING) && (HAS(FLIGHTS) || !STRATEGY_GATHERS))
 
 /* Whether a path carries a ray of light from a lamp. */
-#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && FLIES && HAS(DELTA_LIGHTS))
+#define INDIRECT_IS_RAYS (INDIRECT == INDIRECT_RAY_LIGHTS && (FLIES || !HAS(MEDIA)) && HAS(DELTA_LIGHTS))
 
 #endif

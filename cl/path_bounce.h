@@ -61,15 +61,20 @@ FN connection bounce_off_end(const path *p, const vertex *v, const medium *m) {
 /* From a surface that isn't specular. */
 FN void path_sample_bounce(const scene *s, path *p, const vertex *v, mask live) {
     const light_ray *r = &p->light;
-    ireal inside = vertex_medium(s, p, v, vselect(vdot(v->ng, p->d) > R(0), vneg(v->ng), v->ng));
-    live = live & r->some & (inside >= I(0));
+    live = live & r->some;
     if (!ANY(live)) return;
-    medium m = medium_of(s, inside);
+    ireal inside = vertex_medium(s, p, v, vselect(vdot(v->ng, p->d) > R(0), vneg(v->ng), v->ng));
+    mask foggy = HAS(MEDIA) ? live & (inside >= I(0)) : FALSE_MASK;
+    medium m = HAS(MEDIA) ? medium_of(s, foggy ? inside : I(-1)) : medium_none();
     random4 u = random_set(&p->random, random_bounce_set(p->segments, SET_BOUNCE));
-    real sigma = cmean(m.sigma_t), choice = unit(u.y);
-    connection c = bounce_off_ray(p, v, &m, unit(u.x));
-    real a = luminance(c.value) * lexp(-sigma * c.distance), share = R(1);
-    path_break(p, live & is_bad(a));
+    real sigma = cmean(m.sigma_t), choice = unit(u.y), a = R(0), share = R(1);
+    connection c = connection_none();
+    if (HAS(MEDIA) && ANY(foggy)) {
+        c = bounce_off_ray(p, v, &m, unit(u.x));
+        c.value = cselect(foggy, c.value, cgrey(R(0)));
+        a = luminance(c.value) * lexp(-sigma * c.distance);
+        path_break(p, foggy & is_bad(a));
+    }
     mask reflects = live & r->diffuse & !is_black(r->bounce);
     if (ANY(reflects)) {
         connection e = bounce_off_end(p, v, &m);

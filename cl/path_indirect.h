@@ -47,6 +47,14 @@ typedef struct {
     real distance;
 } connection;
 
+FN connection connection_none(void) {
+    connection c;
+    c.value = cgrey(R(0));
+    c.y = c.wi = vmake(R(0), R(0), R(1));
+    c.distance = R(1);
+    return c;
+}
+
 /* Within 1.8 ulp. From where the square is too large for a float on, the logarithm of 2 |x|. */
 FN real lasinh(real x) {
     real a = fabs(x);

@@ -42,8 +42,7 @@ FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, of
  * (path_bounce.h). */
 FN real lamp_weight_after_surface(const scene *s, const path *p, const vertex *v, const lamp *l, ireal k,
                                   lamp_arrival a) {
-    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0)) &
-                  (p->medium >= I(0));
+    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0));
     if (!ANY(shared)) return R(1);
     vec way = vsub(v->p, p->from);
     real by_path = p->pdf * fabs(vdot(v->ng, p->d)) / lmax(vdot(way, way), R(1e-36));

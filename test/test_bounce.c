@@ -30,10 +30,11 @@
 #define INTENSITY 3
 #define POINT_X 0.6
 
-/* CENTRE: a point in fog of sigma_t 1, seen from next to the wall. */
-enum { SPOT = 1, POINT = 2, CENTRE = 4 };
+/* CENTRE: a point in fog of sigma_t 1, seen from next to the wall. CLEAR: without any fog. */
+enum { SPOT = 1, POINT = 2, CENTRE = 4, CLEAR = 8 };
 static const struct { int lamps, depth; } rooms[] = {
-    {SPOT, 3}, {SPOT, 7}, {POINT, 3}, {SPOT | POINT, 5}, {CENTRE, DEPTH_ANY}};
+    {SPOT, 3}, {SPOT, 7}, {POINT, 3}, {SPOT | POINT, 5}, {CENTRE, DEPTH_ANY}, {SPOT | CLEAR, 5},
+    {SPOT | POINT | CLEAR, 4}};
 static const brume_strategy strategies[] = {BRUME_STRATEGY_EQUIANGULAR, BRUME_STRATEGY_EQUIANGULAR_CONE,
                                             BRUME_STRATEGY_MIS, BRUME_STRATEGY_PRODUCT, BRUME_STRATEGY_SYSTEMATIC,
                                             BRUME_STRATEGY_RASTER, BRUME_STRATEGY_AUTO};
@@ -80,7 +81,7 @@ static estimate room(int lamps, int depth) {
     brume_render_desc desc = by_rays(BRUME_STRATEGY_AUTO, 1024);
     view eye = along_z;
     eye.origin[2] = lamps & CENTRE ? 1 - 1e-5 : 0;
-    set_camera(scene, &eye, add_medium(scene, lamps & CENTRE ? 1 : THIN, 1, 0, 0));
+    set_camera(scene, &eye, lamps & CLEAR ? BRUME_NONE : add_medium(scene, lamps & CENTRE ? 1 : THIN, 1, 0, 0));
     wall.flip_normals = 1;
     wall.bsdf = add_diffuse(scene, RHO);
     must(brume_scene_add_shape(scene, &wall, NULL));
@@ -157,7 +158,7 @@ static void planted_errors_are_noticed(void **state) {
         {"path_bounce.h", "shared_with_rays(r->rays, out.distance, lmax(f.pdf, R(0)), s)",
          "shared_with_rays(lmax(f.pdf, R(0)), s, r->rays, out.distance)", BRUME_STRATEGY_AUTO},
         /* The choice between the ray and its end. */
-        {"path_bounce.h", "share = end ? R(1) - share : share;", "share = end ? R(1) : share;", -ROOMS},
+        {"path_bounce.h", "share = end ? R(1) - share : share;", "share = end ? R(1) : share;", -5},
         /* The lit surface's cosine. */
         {"path_bounce.h", "fabs(vdot(r->ng, out.wi)) / square(out.distance)", "R(1) / square(out.distance)", -1},
         /* The large floor hides what it reflects. */
