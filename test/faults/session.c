@@ -161,7 +161,7 @@ static void work(session *s, pictures *out) {
     if (s->kind == SESSION_QUICK && s->render->program.awaited) s->render->program.swap_at = SWAP_AT;
     if (s->kind == SESSION_SAVED) {
         if (access(saved, F_OK) != 0) {
-            STEP("brume_render_run", break_off_in_a_pass(s->render, 130));
+            STEP("brume_render_run", break_off_in_a_pass(s->render, 64));
             STEP("brume_render_save", brume_render_save(s->render, saved));
         }
         brume_render_destroy(s->render);
