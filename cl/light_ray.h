@@ -10,6 +10,7 @@
 #include "cdf.h"
 #include "geometry.h"
 #include "lamp.h"
+#include "light_way.h"
 #include "reservoir.h"
 #include "warp.h"
 
@@ -24,6 +25,7 @@ typedef struct {
     rgb bounce;   /* flux reflected there, per steradian and cosine at ng */
     real density; /* of such ends there, per area */
     real rays;    /* like it that leave its lamp, per steradian of full beam */
+    light_way way; /* with null surfaces, through which it goes on */
 } light_ray;
 
 FN light_ray light_ray_none(void) {
@@ -32,6 +34,7 @@ FN light_ray light_ray_none(void) {
     r.o = r.d = r.end = r.ng = r.ns = vmake(R(0), R(0), R(1));
     r.length = r.density = r.rays = R(0);
     r.flux = r.bounce = cgrey(R(0));
+    if (HAS(NULL)) r.way = light_way_none();
     return r;
 }
 
@@ -49,6 +52,7 @@ FN light_ray light_ray_select(mask m, light_ray a, light_ray b) {
     r.bounce = cselect(m, a.bounce, b.bounce);
     r.density = m ? a.density : b.density;
     r.rays = m ? a.rays : b.rays;
+    if (HAS(NULL)) r.way = light_way_select(m, a.way, b.way);
     return r;
 }
 
@@ -104,11 +108,17 @@ FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask 
     r.rays = lamp_rays(s, k);
     r.flux = cscale(cmul(l.intensity, lamp_gobo(s, &l, d)), weight / lmax(share, R(1e-30)));
     /* A lamp may sit on a surface. */
-    hit h = closest(&s->geometry, r.o, d, R(8) * lamp_resolution(&l, l.position), FAR_AWAY, live);
+    real clear = R(8) * lamp_resolution(&l, l.position);
+    vec from = r.o;
+    hit h;
+    if (RAYS_CROSS(s))
+        h = light_way_trace(s, &from, d, clear, GATHER_INT(s->lights, medium, k), &r.way, &r.length, live);
+    else
+        h = closest(&s->geometry, r.o, d, clear, FAR_AWAY, live);
     mask met = live & (h.prim >= I(0));
-    r.length = met ? h.t : FAR_AWAY;
+    if (!RAYS_CROSS(s)) r.length = met ? h.t : FAR_AWAY;
     if (!ANY(met)) return r;
-    surface at = surface_of(s, r.o, d, h, met);
+    surface at = surface_of(s, from, d, h, met);
     shading_frame frame = shading_frame_of(at.ns, at.tangent);
     vec wi = to_local(&frame, vneg(d));
     bsdf b = bsdf_of(s, GATHER_INT(s->shapes, bsdf, at.shape), wi, at.u, at.v, met);
@@ -124,6 +134,35 @@ FN light_ray light_ray_sample(const scene *s, real u_lamp, real u, real v, mask 
     real per_flux = cosine / lmax(fabs(vdot(at.ng, d)), R(1e-6)) * R(1 / PI);
     r.bounce = cselect(reflects, cscale(cmul(r.flux, b.reflectance), per_flux), cgrey(R(0)));
     return r;
+}
+
+/* Where along it there is a medium: m, without null surfaces. */
+FN real light_ray_begin(const scene *s, const light_ray *r) { return RAYS_CROSS(s) ? r->way.begin : R(0); }
+FN real light_ray_reach(const scene *s, const light_ray *r, const medium *m) {
+    return RAYS_CROSS(s) ? r->way.end : connect_reach(m, r->length);
+}
+
+/* The medium there; of several, the one that light is to be expected from. */
+FN medium light_ray_fog(const scene *s, const light_ray *r, const medium *m) {
+    return RAYS_CROSS(s) ? medium_of(s, r->way.fog) : *m;
+}
+
+/* The medium at the point `along` it, its id, and what comes that far and `more` of m. */
+FN medium light_ray_at(const scene *s, const light_ray *r, const medium *m, real along, real more, ireal *inside,
+                       rgb *through, mask live) {
+    if (!RAYS_CROSS(s)) {
+        *through = medium_transmittance(m->sigma_t, more + along);
+        return *m;
+    }
+    medium there = light_way_medium(s, &r->way, r->o, r->d, along, inside, through, live);
+    *through = cmul(*through, medium_transmittance(m->sigma_t, more));
+    return there;
+}
+
+/* What comes to its end, and `more` of m. */
+FN rgb light_ray_through(const scene *s, const light_ray *r, const medium *m, real more) {
+    if (!RAYS_CROSS(s)) return medium_transmittance(m->sigma_t, more + r->length);
+    return cmul(r->way.through, medium_transmittance(m->sigma_t, more));
 }
 
 #endif

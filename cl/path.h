@@ -220,7 +220,8 @@ FN void path_step(const scene *s, path *p) {
     v.at_surface = reached & !null & (p->depth + I(2) <= max_depth);
     v.in_medium = scatters;
     mask lit = v.at_surface & !specular;
-    mask counted = INDIRECT_IS_RAYS ? p->from_medium & (v.b.kind == I(BSDF_DIFFUSE)) : FALSE_MASK;
+    mask counted = FALSE_MASK;
+    if (RAYS_ALONE(s)) counted = p->from_medium & (v.b.kind == I(BSDF_DIFFUSE));
     if (STRATEGY == STRATEGY_DISTANCE) lit = lit | (v.in_medium & (p->depth + I(2) <= max_depth));
     if (PATH_SAMPLES_LIGHT) {
         mask by_lamps = HAS(DELTA_LIGHTS) && s->params->light_count > 0 ? lit & !counted : FALSE_MASK;

@@ -38,14 +38,16 @@ FN ireal vertex_medium(const scene *s, const path *p, const vertex *v, vec wi) {
 /* Where a ray towards wi starts. */
 FN vec vertex_origin(const vertex *v, vec wi) { return vselect(v->at_surface, offset_origin(v->p, v->ng, wi), v->p); }
 
-/* Weight of lamp k at a diffuse surface that the path has come to from another: rays of light find that, too
- * (path_bounce.h). */
+/* Weight of lamp k at a diffuse surface that the path has come to from another, or from a medium: where rays of light
+ * find that, too (path_bounce.h, path_indirect.h). */
 FN real lamp_weight_after_surface(const scene *s, const path *p, const vertex *v, const lamp *l, ireal k,
                                   lamp_arrival a) {
-    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & !p->from_medium & (p->pdf >= R(0));
+    mask shared = (v->b.kind == I(BSDF_DIFFUSE)) & (p->depth > I(0)) & (p->pdf >= R(0));
+    if (RAYS_ALONE(s)) shared = shared & !p->from_medium;
     if (!ANY(shared)) return R(1);
     vec way = vsub(v->p, p->from);
-    real by_path = p->pdf * fabs(vdot(v->ng, p->d)) / lmax(vdot(way, way), R(1e-36));
+    real pdf = RAYS_SHARE(s) ? path_density(p) : p->pdf;
+    real by_path = pdf * fabs(vdot(v->ng, p->d)) / lmax(vdot(way, way), R(1e-36));
     real by_light = light_ray_density(s, l, k, a.wi, a.distance, v->ng);
     return shared ? power_heuristic(by_path, by_light) : R(1);
 }

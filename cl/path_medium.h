@@ -31,7 +31,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     u.w = select32(camera, p->pixel_w, u.w);
     mask gathers = scattering & (p->depth + I(2) <= max_depth), by_lamps = gathers;
     if (INDIRECT_IS_RAYS) {
-        by_lamps = gathers & !p->from_medium;
+        if (RAYS_ALONE(s)) by_lamps = gathers & !p->from_medium;
         mask connects = scattering & (p->depth + I(3) <= max_depth);
         if (ANY(connects)) path_connect(s, p, m, *t, connects);
     }
@@ -49,6 +49,9 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         at.primary = p->depth == I(0);
         at.throughput = p->throughput;
         at.pdf = INDIRECT_IS_RAYS ? p->pdf : R(-1);
+        if (RAYS_SHARE(s)) at.pdf = path_density(p);
+        at.before = R(0);
+        if (INDIRECT_IS_RAYS && RAYS_CROSS(s)) at.before = vlength(vsub(p->o, p->from));
         rgb gathered = scatter_gather(s, &at, unit(u.x), unit(u.y), unit(u.z), place, by_lamps, by_emitters);
         path_add(p, gathers, gathered, TRUE_MASK, 1);
     }
@@ -56,7 +59,8 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
     /* A scattering event is worth having if what follows can still reach light within max_depth: one more segment for
      * light that a ray can meet, one more scattering event for lamps. Otherwise the segment only attenuates. */
     int edges = s->params->surfaces_emit ? 2 : STRATEGY_GATHERS ? 3 : 2;
-    if (INDIRECT_IS_RAYS && edges == 3 && !s->params->has_specular) edges = 4; /* the next one has been connected */
+    /* What the next one would find has been connected. */
+    if (RAYS_ALONE(s)) edges = edges == 3 && !s->params->has_specular ? 4 : edges;
     ireal needed = p->depth + I(edges);
     mask may = FLIES ? scattering & (needed <= max_depth) : FALSE_MASK;
     /* What has been scattered would have to scatter again: not with single scattering. */
@@ -84,6 +88,7 @@ FN mask path_medium(const scene *s, path *p, const medium *m, real *t) {
         r.g = m->g;
         p->flew = flight_record_select(flew, r, p->flew);
     }
+    if (RAYS_SHARE(s)) p->flown = flew ? connect_flown(m, before, f.t, *t) : p->flown;
     *t = scatters ? f.t : *t;
     p->alive = p->alive & !(in & is_black(p->throughput));
     return scatters & p->alive;

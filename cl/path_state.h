@@ -33,7 +33,8 @@ typedef struct {
     real travelled;    /* from the camera, while `first` */
     mask first;        /* nothing but null and specular surfaces so far: the guides' hit is still to come */
     mask met;          /* anything but null surfaces, for the film's alpha */
-    mask from_medium;  /* the segment starts where the path scattered in a medium */
+    mask from_medium;  /* the segment starts where the path scattered in a medium, */
+    real flown;        /* with this density of the event along the segment before, times its length; where RAYS_SHARE */
     mask alive;
     rng random;
     ureal32 pixel_z, pixel_w; /* of SET_PIXEL, for the first segment; with DRAWS_FIRST */
@@ -74,6 +75,10 @@ FN first_hit first_hit_select(mask m, first_hit a, first_hit b) {
     return g;
 }
 
+/* With which the path came from its last scattering event, per steradian; in a medium, over that of an event that is
+ * anywhere on its segment. Where RAYS_SHARE, and pdf isn't negative. */
+FN real path_density(const path *p) { return p->from_medium ? p->pdf * p->flown : p->pdf; }
+
 /* A lane without a path. */
 FN path path_none(void) {
     path p;
@@ -84,6 +89,7 @@ FN path path_none(void) {
     p.depth = p.segments = I(0);
     p.first = p.met = p.from_medium = p.alive = FALSE_MASK;
     if (INDIRECT_IS_RAYS) p.light = light_ray_none();
+    p.flown = R(0);
     if (HAS(GUIDES)) p.guide = first_hit_none();
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_none();
     if (SCATTERS_EMITTERS) p.flew = flight_record_none();
@@ -117,6 +123,7 @@ FN path path_start(const scene *s, ireal x, ireal y, ureal32 sample, mask live) 
     p.from = ray.o;
     p.pdf = R(-1);
     p.travelled = ray.skipped;
+    p.flown = R(0);
     p.first = TRUE_MASK;
     p.met = p.from_medium = FALSE_MASK;
     p.alive = live;
@@ -150,6 +157,7 @@ FN path path_select(mask m, path a, path b) {
     p.met = m ? a.met : b.met;
     p.from_medium = m ? a.from_medium : b.from_medium;
     if (INDIRECT_IS_RAYS) p.light = light_ray_select(m, a.light, b.light);
+    if (INDIRECT_IS_RAYS) p.flown = m ? a.flown : b.flown;
     if (HAS(GUIDES)) p.guide = first_hit_select(m, a.guide, b.guide);
     if (HAS(LIGHT_LAYERS)) p.layers = light_layers_select(m, a.layers, b.layers);
     if (SCATTERS_EMITTERS) p.flew = flight_record_select(m, a.flew, b.flew);

@@ -39,6 +39,7 @@ typedef struct {
     ireal inside; /* the medium's id */
     mask primary; /* seen by the camera, not by a scattered path */
     rgb throughput; /* of the path so far: what free flights along the segment are drawn by */
+    real before;    /* the way from the path's last scattering event to o, through null surfaces */
     real pdf;       /* with which a surface sent it off, per steradian; below 0: no ray of light shares what it meets */
 } segment;
 

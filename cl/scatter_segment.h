@@ -163,7 +163,7 @@ FN rgb scatter_interval(const scene *s, const lamp *l, const segment *at, const 
         }
         if (INDIRECT_IS_RAYS) {
             mask shared = (at->pdf >= R(0)) & !l->met;
-            weight = shared ? shared_with_rays(at->pdf, p.distance, l->rays, along) : weight;
+            weight = shared ? shared_with_rays(at->pdf, p.distance, l->rays, along + at->before) : weight;
         }
         f = f * weight * i.width / (g->D * density[j]) * per_count;
         f = controlled ? -f : f;
@@ -216,7 +216,7 @@ FN rgb scatter_gather(const scene *s, const segment *at, real u_light, real u_te
         if (!ANY(some)) return cgrey(R(0));
         rgb seen = visibility(s, vmad(at->d, g.t, at->o), g.wi, g.distance * SHORT_OF_LIGHT, at->inside, some);
         if (INDIRECT_IS_RAYS) {
-            real weight = shared_with_rays(at->pdf, g.distance, g.rays, g.t);
+            real weight = shared_with_rays(at->pdf, g.distance, g.rays, g.t + at->before);
             seen = cscale(seen, at->pdf >= R(0) ? weight : R(1));
         }
         return cselect(some, cmul(g.value, seen), cgrey(R(0)));

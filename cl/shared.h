@@ -193,8 +193,10 @@ typedef struct {
     float tan_cutoff;
     float frame_y[3];
     float solid_angle;    /* integral of the falloff: power / intensity; directional: 0 */
+    int medium;           /* that it stands in, -1 none; with null surfaces */
+    int pad[3];
 } b_light;
-SIZE_IS(b_light, 96);
+SIZE_IS(b_light, 112);
 
 /* Where lamps are many, those with a place stand in the order of a tree's leaves, directional ones after them. The tree
  * is blocks of up to sixteen clusters of lamps, as rows; unused places have flux 0. The root is block 0. child > 0: the
@@ -286,7 +288,8 @@ typedef struct {
     float light_tree_scale;      /* 1 / luminous flux of those */
     float clamp;                 /* most radiance that a sample counts, per channel; infinite: no clamp */
     int single_scattering;       /* media scatter only what comes straight from a light */
-    int pad[3];
+    int rays_share;              /* with paths what a medium sends into a medium: rays of light don't find all of it */
+    int pad[2];
 } b_params;
 SIZE_IS(b_params, 336);
 

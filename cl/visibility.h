@@ -20,13 +20,13 @@ FN ireal medium_beyond(const scene *s, ireal shape, vec ng, vec d, ireal current
     return boundary ? (entering ? inside : outside) : current;
 }
 
-/* Transmittance from p along the unit direction d over `distance`, starting in medium `inside` and on the triangle
- * `own` (as of closest_from); 0 where occluded. */
-FN rgb visibility_from(const scene *s, vec p, vec d, real distance, ireal inside, ireal own, mask live) {
+/* Transmittance from p along the unit direction d over `distance`, starting in medium *inside and on the triangle `own`
+ * (as of closest_from); 0 where occluded. Leaves in *inside the medium at the end of what is not. */
+FN rgb visibility_into(const scene *s, vec p, vec d, real distance, ireal *inside, ireal own, mask live) {
     rgb t = cselect(live, cgrey(R(1)), cgrey(R(0)));
     if (!HAS(NULL)) {
-        if (HAS(MEDIA) && ANY(live & (inside >= I(0)))) {
-            medium m = medium_of(s, inside);
+        if (HAS(MEDIA) && ANY(live & (*inside >= I(0)))) {
+            medium m = medium_of(s, *inside);
             t = cmul(t, medium_transmittance(m.sigma_t, distance));
             live = live & !is_black(t);
         }
@@ -39,8 +39,8 @@ FN rgb visibility_from(const scene *s, vec p, vec d, real distance, ireal inside
     for (int crossed = 0; crossed < MAX_BOUNDARIES && ANY(live); crossed++) {
         hit h = closest_from(&s->geometry, p, d, R(0), distance, own, live);
         mask met = live & (h.prim >= I(0));
-        if (HAS(MEDIA) && ANY(live & (inside >= I(0)))) {
-            medium m = medium_of(s, inside);
+        if (HAS(MEDIA) && ANY(live & (*inside >= I(0)))) {
+            medium m = medium_of(s, *inside);
             t = cselect(live, cmul(t, medium_transmittance(m.sigma_t, h.t)), t);
         }
         live = met & !is_black(t);
@@ -50,13 +50,17 @@ FN rgb visibility_from(const scene *s, vec p, vec d, real distance, ireal inside
         mask passes = met & (GATHER_INT(s->bsdfs, kind, bsdf) == I(BSDF_NULL));
         t = cselect(met & !passes, cgrey(R(0)), t);
         live = live & passes;
-        inside = live ? medium_beyond(s, at.shape, at.ng, d, inside) : inside;
+        *inside = live ? medium_beyond(s, at.shape, at.ng, d, *inside) : *inside;
         own = live ? h.prim : own;
         p = vselect(live, offset_origin(at.p, at.ng, d), p);
         distance = live ? distance - h.t : distance;
         live = live & (distance > R(0));
     }
     return cselect(live, cgrey(R(0)), t);
+}
+
+FN rgb visibility_from(const scene *s, vec p, vec d, real distance, ireal inside, ireal own, mask live) {
+    return visibility_into(s, p, d, distance, &inside, own, live);
 }
 
 /* From a point of no surface. */

@@ -17,7 +17,7 @@ PIN(b_shape, 48);
 PIN(b_bsdf, 80);
 PIN(b_texture, 80);
 PIN(b_medium, 48);
-PIN(b_light, 96);
+PIN(b_light, 112);
 PIN(b_light_block, 640);
 PIN(b_emitter, 16);
 PIN(b_params, 336);
@@ -53,10 +53,15 @@ static brume_result build(const brume_scene *scene, const uint32_t crop[4], brum
     p->surfaces_emit = (effects & (EFFECT(AREA_LIGHTS) | EFFECT(ENVIRONMENT) | EFFECT(EMISSION))) != 0;
     p->has_null = (arrays->features & FEATURE_NULL) != 0;
     p->has_specular = (arrays->features & FEATURE_SPECULAR) != 0;
+    p->rays_share = p->has_null;
+    for (uint32_t i = 0; i < arrays->light_count; i++)
+        p->rays_share |= arrays->lights[i].kind == LIGHT_DIRECTIONAL;
     double start = brume_seconds();
     BRUME_TRY(brume_bvh_build(scene->context, arrays->positions, arrays->triangles, (uint32_t)p->triangle_count,
                               arrays->quadrics, (uint32_t)p->quadric_count, &arrays->bvh));
     arrays->bvh_seconds = brume_seconds() - start;
+    if (p->has_null)
+        brume_arrays_lamp_media(arrays);
     return BRUME_OK;
 }
 

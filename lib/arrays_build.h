@@ -30,6 +30,10 @@ brume_result brume_arrays_media(const brume_scene *scene, brume_arrays *arrays);
 /* lights and their tree, emitters and their part of cdf. After geometry. */
 brume_result brume_arrays_lights(const brume_scene *scene, brume_arrays *arrays);
 
+/* lights[].medium: what each stands in. After media, lights and the hierarchy; where there are no null surfaces nobody
+ * asks for it. */
+void brume_arrays_lamp_media(brume_arrays *arrays);
+
 /* The environment's radiance, or its texels and its part of cdf. After surfaces and lights. */
 brume_result brume_arrays_environment(const brume_scene *scene, brume_arrays *arrays);
 

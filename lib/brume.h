@@ -354,11 +354,11 @@ typedef enum brume_strategy {
 
 /* How light that scatters more than once in a medium is looked for. */
 typedef enum brume_indirect {
-    BRUME_INDIRECT_AUTO = 0,      /* RAY_LIGHTS; PHASE where there is neither a medium nor a spot; the default */
+    BRUME_INDIRECT_AUTO = 0,      /* RAY_LIGHTS; PHASE if the camera is in no fog and nothing is a spot; the default */
     BRUME_INDIRECT_PHASE = 1,     /* by paths that follow the phase function */
     BRUME_INDIRECT_MIXTURE = 2,   /* or turn towards a lamp now and then */
     BRUME_INDIRECT_RAY_LIGHTS = 3 /* by connections to rays of light from the lamps (Novak et al. 2012); PHASE where
-                                     these don't apply: null surfaces, directional lamps, a camera beside the media */
+                                     there are none: nothing but directional lamps */
 } brume_indirect;
 
 /* "equiangular-cone" and so on, as in scene files and on the command line; NULL for other numbers. */

@@ -165,22 +165,22 @@ static int has_spot(const brume_arrays *a) {
     return 0;
 }
 
-/* Rays of light are worth their price for light that scatters twice, and know only lamps with a place in one medium, or
- * none; without a medium they pay for what spots light, which is little of the scene. */
+/* Rays of light are worth their price for light that scatters twice, and leave only lamps with a place. Without a medium,
+ * or seen from out of it, they pay for what spots light, which is little of the scene. */
 static brume_indirect resolve_indirect(const brume_render_desc *desc, const brume_arrays *a) {
     const int is_clear = !(a->features & FEATURE_MEDIA);
     const uint32_t needed = FEATURE_DELTA_LIGHTS | (is_clear ? 0 : FEATURE_SCATTERING);
     if (desc->indirect == BRUME_INDIRECT_PHASE || desc->indirect == BRUME_INDIRECT_MIXTURE) return desc->indirect;
     if (desc->strategy == BRUME_STRATEGY_SPHERICAL || desc->strategy == BRUME_STRATEGY_DISTANCE)
         return BRUME_INDIRECT_PHASE;
-    if ((a->features & needed) != needed || (a->features & FEATURE_NULL)) return BRUME_INDIRECT_PHASE;
-    if (is_clear ? desc->indirect == BRUME_INDIRECT_AUTO && !has_spot(a)
-                 : a->params.sensor_medium < 0 || a->params.single_scattering)
-        return BRUME_INDIRECT_PHASE;
+    if ((a->features & needed) != needed) return BRUME_INDIRECT_PHASE;
+    if (!is_clear && a->params.single_scattering) return BRUME_INDIRECT_PHASE;
+    int is_apart = is_clear || a->params.sensor_medium < 0;
+    if (is_apart && desc->indirect == BRUME_INDIRECT_AUTO && !has_spot(a)) return BRUME_INDIRECT_PHASE;
     if (a->params.max_depth < 3) return BRUME_INDIRECT_PHASE;
     for (uint32_t i = 0; i < a->light_count; i++)
-        if (a->lights[i].kind == LIGHT_DIRECTIONAL) return BRUME_INDIRECT_PHASE;
-    return BRUME_INDIRECT_RAY_LIGHTS;
+        if (a->lights[i].kind != LIGHT_DIRECTIONAL) return BRUME_INDIRECT_RAY_LIGHTS;
+    return BRUME_INDIRECT_PHASE;
 }
 
 brume_result brume_render_make(brume_device *device, const brume_scene *scene, const brume_render_desc *given,

@@ -151,12 +151,13 @@ static void planted_errors_are_noticed(void **state) {
     static const struct { const char *file, *right, *wrong; int where; /* a strategy, or -1 - a room */ } bugs[] = {
         /* What a path finds is counted in full beside what rays of light find. */
         {"path_light.h", "shared ? power_heuristic(by_path, by_light) : R(1)", "R(1)", -1},
-        {"scatter_segment.h", "weight = shared ? shared_with_rays(at->pdf, p.distance, l->rays, along) : weight;",
+        {"scatter_segment.h",
+         "weight = shared ? shared_with_rays(at->pdf, p.distance, l->rays, along + at->before) : weight;",
          "weight = R(1);", BRUME_STRATEGY_AUTO},
         {"scatter_segment.h", "at->pdf >= R(0) ? weight : R(1)", "R(1)", BRUME_STRATEGY_MIS},
         /* The weight of the path given to the connection: they don't add up to one. */
-        {"path_bounce.h", "shared_with_rays(r->rays, out.distance, lmax(f.pdf, R(0)), s)",
-         "shared_with_rays(lmax(f.pdf, R(0)), s, r->rays, out.distance)", BRUME_STRATEGY_AUTO},
+        {"path_bounce.h", "shared_with_rays(r->rays, out.distance, lmax(f.pdf, R(0)), at)",
+         "shared_with_rays(lmax(f.pdf, R(0)), at, r->rays, out.distance)", BRUME_STRATEGY_AUTO},
         /* The choice between the ray and its end. */
         {"path_bounce.h", "share = end ? R(1) - share : share;", "share = end ? R(1) : share;", -5},
         /* The lit surface's cosine. */

@@ -18,8 +18,8 @@
 static const char *const scenes[] = {
     "scenes/emission-slab.xml", "scenes/furnace.xml", "scenes/glass-in-fog.xml", "scenes/one-spot.xml",
     "scenes/three-spots.xml", "scenes/ladder/area-light.xml", "scenes/ladder/environment-fog.xml",
-    "scenes/ladder/forward-fog.xml", "scenes/ladder/half-hidden.xml", "scenes/ladder/hundred-spots.xml",
-    "scenes/ladder/open-beam.xml", "scenes/ladder/slats.xml", "scenes/ladder/soft-lamp.xml",
+    "scenes/ladder/fog-box.xml", "scenes/ladder/forward-fog.xml", "scenes/ladder/half-hidden.xml",
+    "scenes/ladder/hundred-spots.xml", "scenes/ladder/open-beam.xml", "scenes/ladder/slats.xml", "scenes/ladder/soft-lamp.xml",
     "scenes/ladder/thick-fog.xml", "scenes/ladder/thin-fog.xml", "scenes/ladder/three-spots.xml",
 };
 

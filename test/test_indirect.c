@@ -198,7 +198,7 @@ static const bug bugs[] = {
     {"segments that start in fog gather from lamps, too", "path_medium.h", "by_lamps = gathers & !p->from_medium;",
      "by_lamps = gathers;", BRUME_INDIRECT_RAY_LIGHTS, PAST_0, 3},
     {"surfaces that were reached from fog, too", "path.h",
-     "INDIRECT_IS_RAYS ? p->from_medium & (v.b.kind == I(BSDF_DIFFUSE)) : FALSE_MASK", "FALSE_MASK",
+     "counted = p->from_medium & (v.b.kind == I(BSDF_DIFFUSE));", "counted = FALSE_MASK;",
      BRUME_INDIRECT_RAY_LIGHTS, BESIDE_0, 3},
     {"the density along the ray of light forgotten", "path_indirect.h",
      "shaped ? per_density / density : per_density", "per_density", BRUME_INDIRECT_RAY_LIGHTS, PAST_STEEP, 2},

@@ -50,7 +50,7 @@ static void every_scene_renders(void **state)
         "scenes/ladder/slats.xml",        "scenes/ladder/bunny-beam.xml",  "scenes/ladder/forest-beam.xml",
         "scenes/ladder/thin-fog.xml",     "scenes/ladder/thick-fog.xml",   "scenes/ladder/forward-fog.xml",
         "scenes/ladder/three-spots.xml",  "scenes/ladder/area-light.xml",  "scenes/ladder/hundred-spots.xml",
-        "scenes/ladder/soft-lamp.xml",    "scenes/ladder/environment-fog.xml"};
+        "scenes/ladder/soft-lamp.xml",    "scenes/ladder/environment-fog.xml", "scenes/ladder/fog-box.xml"};
     enum { SIZE = 16 };
     if (!device)
         skip();
