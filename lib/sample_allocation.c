@@ -5,7 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
-enum { STEPS = 16, RADIUS = 2 };
+#include "parallel.h"
+#include "platform.h"
+
+enum {
+    STEPS = 16,
+    RADIUS = 2,
+    PIECE_LINES = 8,     /* for one thread at a time */
+    WORTH_THREADS = 8192 /* pixels; fewer are done before a thread has started */
+};
 
 /* Where nothing was seen around a pixel it still gets samples, as if its error were this share of the mean: what lies
  * there may only have been missed so far. */
@@ -45,9 +53,11 @@ static int find_errors(brume_error_estimate *e, double order, pixel_errors *out)
     const float *weights = out->share && out->alone ? brume_error_estimate_weights(e) : NULL;
     if (!weights) return 0;
     double scale = 1 / (3.0 * (double)pixels * (pow(2, order) - 1)), fall = pow(2, -order), mean = 0;
+    double growth[BRUME_ERROR_LEVELS];
+    for (int k = 0; k < BRUME_ERROR_LEVELS; k++) growth[k] = 0.5 * scale * pow(2, order * k);
     for (size_t c = 0; c < 3 * pixels; c++) mean += e->mean[c] / (3.0 * (double)pixels);
     for (size_t i = 0; i < pixels; i++) {
-        double grown = 0.5 * scale * pow(2, order * e->level[i]);
+        double grown = growth[e->level[i]];
         for (size_t c = 3 * i; c < 3 * i + 3; c++) {
             double square = (double)e->mean[c] * e->mean[c] + 0.01 * mean * mean;
             out->share[i] += scale * weights[c] * e->last[c];
@@ -87,20 +97,37 @@ static double error_around(const double *errors, uint32_t width, uint32_t height
     return LINE * line + (1 - LINE) * box;
 }
 
+/* Some lines of the bins. */
+typedef struct piece_of_work {
+    brume_allocation *a;
+    const pixel_errors *e;
+    double unseen;
+} piece_of_work;
+
+static void find_bins(void *user, uint32_t piece) {
+    const piece_of_work *w = user;
+    uint32_t width = w->a->width, height = w->a->height, end = (piece + 1) * PIECE_LINES;
+    if (end > height) end = height;
+    for (uint32_t y = piece * PIECE_LINES; y < end; y++)
+        for (uint32_t x = 0; x < width; x++) {
+            double error = error_around(w->e->alone, width, height, x, y) + w->unseen;
+            w->a->bin[(size_t)y * width + x] = (int16_t)bin_of(error, w->a->order, x | y << 16);
+        }
+}
+
 /* The bins. What the pixels of a bin have for an error they say themselves: they had no part in the choice of the bin,
  * so that errors which only chance put into one neighbourhood promise nothing. */
 static void fill_bins(brume_allocation *a, const pixel_errors *e) {
-    double pixels = (double)a->width * a->height, mean = 0;
-    for (size_t i = 0; i < (size_t)a->width * a->height; i++) mean += e->alone[i] / pixels;
-    for (uint32_t y = 0; y < a->height; y++)
-        for (uint32_t x = 0; x < a->width; x++) {
-            size_t i = (size_t)y * a->width + x;
-            double error = error_around(e->alone, a->width, a->height, x, y) + UNSEEN * mean;
-            int bin = bin_of(error, a->order, x | y << 16);
-            a->bin[i] = (int16_t)bin;
-            a->error[a->level[i]][bin] += e->share[i];
-            a->cost[a->level[i]][bin] += 1 / pixels;
-        }
+    size_t count = (size_t)a->width * a->height;
+    double pixels = (double)count, mean = 0;
+    for (size_t i = 0; i < count; i++) mean += e->alone[i] / pixels;
+    piece_of_work work = {a, e, UNSEEN * mean};
+    brume_parallel(count < WORTH_THREADS ? 1 : brume_processors(), (a->height + PIECE_LINES - 1) / PIECE_LINES,
+                   find_bins, &work);
+    for (size_t i = 0; i < count; i++) {
+        a->error[a->level[i]][a->bin[i]] += e->share[i];
+        a->cost[a->level[i]][a->bin[i]] += 1 / pixels;
+    }
 }
 
 brume_allocation *brume_allocation_create(brume_error_estimate *e, double order, uint32_t most_samples) {
