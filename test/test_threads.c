@@ -16,6 +16,7 @@
 #include "meshes.h"
 #include "open_device.h"
 #include "platform.h"
+#include "render.h"
 
 enum { WIDTH = 61, HEIGHT = 47, FLOATS = 3 * WIDTH * HEIGHT, LOADS = 60 };
 
@@ -55,6 +56,8 @@ static brume_result run(job *j, brume_context *own) {
     if (!result)
         result = ball_in_fog(own, j->kind ? BRUME_LIGHT_CONSTANT : BRUME_LIGHT_POINT, WIDTH, HEIGHT, &scene);
     if (!result) result = brume_render_create(opened, scene, &desc, &j->render);
+    /* The film is small: else it may be done before anybody looks for the program that takes over. */
+    if (!result && j->render->program.awaited) j->render->program.swap_at = 2;
     if (!result) {
         __atomic_store_n(&j->running, 1, __ATOMIC_RELEASE);
         while (j->awaits && !__atomic_load_n(&j->asked, __ATOMIC_ACQUIRE)) brume_sleep(0.001);
