@@ -3,7 +3,8 @@
 # Fails if a program did.
 build=$1
 shift
-rows=$build/stability.tsv
+# Tests may work in folders of their own.
+rows=$(mkdir -p "$build" && cd "$build" && pwd)/stability.tsv
 table=$build/stability.md
 rm -f "$rows"
 failed=0
