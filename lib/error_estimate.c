@@ -5,10 +5,15 @@
 #include <stdlib.h>
 #include <string.h>
 
+#include "platform.h"
+
+enum { WORTH_THREADS = 2048 }; /* pixels; fewer are done before a thread has started */
+
 brume_result brume_error_estimate_create(brume_context *context, uint32_t width, uint32_t height, int independent,
                                          brume_error_estimate *out) {
     size_t pixels = (size_t)width * height;
     brume_error_estimate e = {.width = width, .height = height, .independent = independent};
+    e.threads = pixels < WORTH_THREADS ? 1 : brume_processors();
     e.mean = calloc(3 * pixels, sizeof *e.mean);
     e.last = calloc(3 * pixels, sizeof *e.last);
     e.before = calloc(3 * pixels, sizeof *e.before);

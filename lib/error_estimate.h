@@ -33,6 +33,7 @@ typedef struct brume_error_estimate {
     uint8_t *level; /* per pixel */
     float *weights; /* brume_error_estimate_weights, of what is here; NULL: nobody has asked yet */
     int independent; /* the sampler is: p = 1 is known */
+    uint32_t threads; /* to work with; what comes out doesn't depend on it */
 } brume_error_estimate;
 
 /* The relative mean squared error of a picture: the mean over pixels and channels of (I - R)^2 / (R^2 + 0.01 mean(R)^2)
@@ -64,7 +65,7 @@ int brume_error_estimate_variance(const brume_error_estimate *e, const float *co
  * 1 / (R^2 + 0.01 mean(R)^2). R^2 is the product of the means of a pixel's two halves, averaged over those of the 5 x 5
  * pixels around it that differ from it by no more than their noise. A pixel's own square would be large where its error
  * is: with 8 to 32 samples beams had an error of up to eight times what that said, of a dark pixel at their edge that
- * the light has met once. Computed once after an update, in several threads; the estimate's. NULL without memory. */
+ * the light has met once. Computed once after an update; the estimate's. NULL without memory. */
 const float *brume_error_estimate_weights(brume_error_estimate *e);
 
 /* Sums of height x width x 3 values over 5 x 5 pixels, those outside left out, and how many were in. 0 without

@@ -7,7 +7,6 @@
 #include <string.h>
 
 #include "parallel.h"
-#include "platform.h"
 
 #define MIN_ORDER 1.0 /* scrambled points are never much worse than independent ones */
 #define MAX_ORDER 4.0 /* smooth integrands: 3, and some room for what the ratio of two estimates does */
@@ -15,7 +14,7 @@
 enum {
     NEWTON_STEPS = 6,
     PIECE = 4096,           /* pixels, for one thread at a time; the sums are those of the pieces */
-    WORTH_THREADS = 4 * PIECE
+    WORTH_THREADS = 4 * PIECE /* a pass is short, and there are many */
 };
 
 /* The logarithm of 2^order has a spread of SPREAD about what is usual; pixels at one level differ by LEVEL_SPREAD from
@@ -80,7 +79,7 @@ static void sum_piece(void *user, uint32_t piece) {
 
 /* One pass. */
 static void sum_all(step *s, uint32_t count, sums *out) {
-    brume_parallel(count * PIECE < WORTH_THREADS ? 1 : brume_processors(), count, sum_piece, s);
+    brume_parallel(count * PIECE < WORTH_THREADS ? 1 : s->e->threads, count, sum_piece, s);
     memset(out, 0, sizeof *out);
     for (uint32_t piece = 0; piece < count; piece++)
         for (int k = 0; k < BRUME_ERROR_SETS; k++) {

@@ -11,12 +11,10 @@
 
 #include "error_estimate.h"
 #include "parallel.h"
-#include "platform.h"
 
 enum {
     RADIUS = 2,
-    PIECE_LINES = 8,     /* for one thread at a time */
-    WORTH_THREADS = 8192 /* pixels; fewer are done before a thread has started */
+    PIECE_LINES = 8 /* for one thread at a time */
 };
 
 static uint32_t line_first(uint32_t i) { return i < RADIUS ? 0 : i - RADIUS; }
@@ -134,8 +132,7 @@ const float *brume_error_estimate_weights(brume_error_estimate *e) {
     if (done) {
         find_variances(e, sums, inside, variance);
         piece_of_work work = {e, variance, 0.01 * all * all, weights};
-        brume_parallel(pixels < WORTH_THREADS ? 1 : brume_processors(), (e->height + PIECE_LINES - 1) / PIECE_LINES,
-                       find_weights, &work);
+        brume_parallel(e->threads, (e->height + PIECE_LINES - 1) / PIECE_LINES, find_weights, &work);
         e->weights = weights;
     } else {
         free(weights);

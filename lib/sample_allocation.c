@@ -6,13 +6,11 @@
 #include <string.h>
 
 #include "parallel.h"
-#include "platform.h"
 
 enum {
     STEPS = 16,
     RADIUS = 2,
-    PIECE_LINES = 8,     /* for one thread at a time */
-    WORTH_THREADS = 8192 /* pixels; fewer are done before a thread has started */
+    PIECE_LINES = 8 /* for one thread at a time */
 };
 
 /* Where nothing was seen around a pixel it still gets samples, as if its error were this share of the mean: what lies
@@ -117,13 +115,12 @@ static void find_bins(void *user, uint32_t piece) {
 
 /* The bins. What the pixels of a bin have for an error they say themselves: they had no part in the choice of the bin,
  * so that errors which only chance put into one neighbourhood promise nothing. */
-static void fill_bins(brume_allocation *a, const pixel_errors *e) {
+static void fill_bins(brume_allocation *a, const pixel_errors *e, uint32_t threads) {
     size_t count = (size_t)a->width * a->height;
     double pixels = (double)count, mean = 0;
     for (size_t i = 0; i < count; i++) mean += e->alone[i] / pixels;
     piece_of_work work = {a, e, UNSEEN * mean};
-    brume_parallel(count < WORTH_THREADS ? 1 : brume_processors(), (a->height + PIECE_LINES - 1) / PIECE_LINES,
-                   find_bins, &work);
+    brume_parallel(threads, (a->height + PIECE_LINES - 1) / PIECE_LINES, find_bins, &work);
     for (size_t i = 0; i < count; i++) {
         a->error[a->level[i]][a->bin[i]] += e->share[i];
         a->cost[a->level[i]][a->bin[i]] += 1 / pixels;
@@ -149,7 +146,7 @@ brume_allocation *brume_allocation_create(brume_error_estimate *e, double order,
     a->order = order;
     while (a->most < BRUME_ERROR_LEVELS - 2 && 2ull << a->most <= most_samples) a->most++;
     memcpy(a->level, e->level, pixels * sizeof *a->level);
-    fill_bins(a, &errors);
+    fill_bins(a, &errors, e->threads);
     free_errors(&errors);
     for (int level = 0; level < BRUME_ERROR_LEVELS; level++)
         for (int bin = 0; bin < BRUME_ALLOCATION_BINS; bin++) {

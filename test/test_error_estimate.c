@@ -302,6 +302,40 @@ static void a_bright_path_in_the_dark(void **state) {
     brume_error_estimate_free(&e);
 }
 
+/* In fewer threads than there are pieces of work, as many, or more: the same bits. */
+static void threads_change_nothing(void **state) {
+    (void)state;
+    enum { WIDE = 200, HIGH = 100, VALUES = 3 * WIDE * HIGH };
+    static float count[WIDE * HIGH], variance[VALUES], alone_variance[VALUES], alone_weights[VALUES];
+    brume_error_estimate e;
+    uint64_t random = 31;
+    assert_int_equal(brume_error_estimate_create(context, WIDE, HIGH, 0, &e), BRUME_OK);
+    for (int i = 0; i < VALUES; i++) {
+        e.mean[i] = (float)test_random_in(&random, 0.5, 1.5);
+        e.last[i] = (float)test_random_in(&random, 0, 0.01);
+        e.before[i] = (float)test_random_in(&random, 0, 0.03);
+    }
+    for (int i = 0; i < WIDE * HIGH; i++) {
+        e.level[i] = (uint8_t)(4 + i / 3 % 3);
+        count[i] = ldexpf(1, e.level[i]);
+    }
+    e.threads = 1;
+    brume_error_result alone = brume_error_estimate_picture(&e, count);
+    assert_true(alone.known);
+    assert_true(brume_error_estimate_variance(&e, count, alone_variance));
+    memcpy(alone_weights, e.weights, sizeof alone_weights);
+    for (e.threads = 2; e.threads <= 16; e.threads *= 2) {
+        free(e.weights);
+        e.weights = NULL;
+        brume_error_result r = brume_error_estimate_picture(&e, count);
+        assert_true(r.relmse == alone.relmse && r.low == alone.low && r.high == alone.high && r.order == alone.order);
+        assert_true(brume_error_estimate_variance(&e, count, variance));
+        assert_memory_equal(variance, alone_variance, sizeof variance);
+        assert_memory_equal(e.weights, alone_weights, sizeof alone_weights);
+    }
+    brume_error_estimate_free(&e);
+}
+
 int main(void) {
     const struct CMUnitTest tests[] = {
         cmocka_unit_test(independent_samples),
@@ -317,6 +351,7 @@ int main(void) {
         cmocka_unit_test(variance_of_pixels),
         cmocka_unit_test(growth_between_powers),
         cmocka_unit_test(a_bright_path_in_the_dark),
+        cmocka_unit_test(threads_change_nothing),
     };
     return cmocka_run_group_tests(tests, open_context, close_device);
 }

@@ -158,6 +158,26 @@ static void a_pixel_has_no_say_in_its_count(void **state) {
     brume_error_estimate_free(&e);
 }
 
+/* In as many threads as there are pieces or more, or some that share them: the same bits. */
+static void threads_change_nothing(void **state) {
+    (void)state;
+    brume_error_estimate e;
+    brume_allocation *alone, *a;
+    make_estimate(&e);
+    e.threads = 1;
+    assert_non_null(alone = brume_allocation_create(&e, 1.5, 1 << 14));
+    for (uint32_t threads = 2; threads <= 8; threads += 3) {
+        e.threads = threads;
+        assert_non_null(a = brume_allocation_create(&e, 1.5, 1 << 14));
+        assert_memory_equal(a->bin, alone->bin, PIXELS * sizeof *a->bin);
+        assert_memory_equal(a->error, alone->error, sizeof a->error);
+        assert_memory_equal(a->cost, alone->cost, sizeof a->cost);
+        brume_allocation_free(a);
+    }
+    brume_allocation_free(alone);
+    brume_error_estimate_free(&e);
+}
+
 /* ---- what it is for: pixels that see light once in 20 samples, unbiased ---- */
 
 /* The mean over a picture of the pixels' means, when each gets its count from `own` differences or its neighbours'. */
@@ -213,6 +233,7 @@ int main(void) {
         cmocka_unit_test(samples_go_where_the_error_is),
         cmocka_unit_test(a_line_is_a_pixel_wide),
         cmocka_unit_test(a_pixel_has_no_say_in_its_count),
+        cmocka_unit_test(threads_change_nothing),
         cmocka_unit_test(means_are_unbiased),
     };
     return cmocka_run_group_tests(tests, open_context, close_device);
