@@ -25,11 +25,11 @@ done
     echo "|---|---|---|---|---|---|---|"
     sort -s -t "$(printf '\t')" -k 1,1 "$rows" | sed 's/|/\\|/g; s/\t/ | /g; s/^/| /; s/$/ |/'
     echo
-    echo "| subject | rows | nearest to its tolerance | unit | tolerance | worst |"
-    echo "|---|---|---|---|---|---|"
+    echo "| subject | rows | nearest to its tolerance | reference | unit | tolerance | worst |"
+    echo "|---|--:|---|---|---|--:|--:|"
     awk -F '\t' '
         { near = $5 > 0 ? $6 / $5 : $6 > 0 ? 1e9 : -1; count[$1]++ }
-        !($1 in most) || near > most[$1] { most[$1] = near; row[$1] = $2 "\t" $4 "\t" $5 "\t" $6 }
+        !($1 in most) || near > most[$1] { most[$1] = near; row[$1] = $2 "\t" $3 "\t" $4 "\t" $5 "\t" $6 }
         END { for (s in row) print s "\t" count[s] "\t" row[s] }' "$rows" |
         sort | sed 's/|/\\|/g; s/\t/ | /g; s/^/| /; s/$/ |/'
 } >"$table"
