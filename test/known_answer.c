@@ -177,6 +177,13 @@ estimate estimate_of(const float *pixels) {
     return result;
 }
 
+double estimate_off(const char *what, estimate e, double expected) {
+    double off = fabs(e.mean[0] - expected) / e.error[0];
+    print_message("%s: %.6g, expected %.6g: %+.2f %%, standard error %.2f %%, %.1f of them\n", what, e.mean[0], expected,
+                  100 * (e.mean[0] / expected - 1), 100 * e.error[0] / expected, off);
+    return off;
+}
+
 estimate render_as(const brume_scene *scene, const brume_render_desc *desc) {
     float pixels[PIXELS * PIXELS * 3];
     render_pixels(scene, desc, pixels);
@@ -189,6 +196,14 @@ brume_render_desc climb(brume_strategy strategy, uint32_t samples) {
     desc.use_strategy = 1;
     desc.strategy = strategy;
     desc.sample_count = samples;
+    return desc;
+}
+
+brume_render_desc climb_by_rays(brume_strategy strategy, uint32_t samples) {
+    brume_render_desc desc = climb(strategy, samples);
+    desc.use_indirect = 1;
+    desc.indirect = BRUME_INDIRECT_RAY_LIGHTS;
+    desc.lanes = 8;
     return desc;
 }
 

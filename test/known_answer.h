@@ -52,9 +52,14 @@ typedef struct estimate {
 /* A descriptor: the strategy, samples per pixel, no guides. */
 brume_render_desc climb(brume_strategy strategy, uint32_t samples);
 
+/* The same with rays of light, eight lanes wide: kernels of 16 take longer to build than these renders last. */
+brume_render_desc climb_by_rays(brume_strategy strategy, uint32_t samples);
+
 /* Renders as the descriptor says; PIXELS x PIXELS x 3. */
 void render_pixels(const brume_scene *scene, const brume_render_desc *desc, float *pixels);
 estimate estimate_of(const float *pixels);
+/* Prints how far off the first channel is, and returns that in standard errors. */
+double estimate_off(const char *what, estimate e, double expected);
 /* Both. */
 estimate render_as(const brume_scene *scene, const brume_render_desc *desc);
 /* Renders with the scene's own settings and destroys it. */

@@ -4,8 +4,8 @@
  * In a sphere of radius 1 and reflectance rho each point of the wall sends the same light to every other one: of lamps
  * of total flux F, what has been reflected k > 1 times is rho^k F / (4 pi^2) everywhere, in fog so thin that it takes
  * nothing. Fog that only scatters takes nothing either, however thick, and from the sphere's centre a lamp lights all of
- * the wall alike, rho / (4 pi^2 (1 - rho)) F in all. What goes by fog is told by a rule in double (orders.h), for each strategy that gathers light along
- * segments.
+ * the wall alike, rho / (4 pi^2 (1 - rho)) F in all. What goes by fog is told by a rule in double (orders.h), for each
+ * strategy that gathers light along segments.
  *
  * All comparisons are one family at CONFIDENCE (stats.h).
  */
@@ -66,19 +66,11 @@ static double room_radiance(int lamps, int depth) {
     return sum;
 }
 
-static brume_render_desc by_rays(brume_strategy strategy, uint32_t samples) {
-    brume_render_desc desc = climb(strategy, samples);
-    desc.use_indirect = 1;
-    desc.indirect = BRUME_INDIRECT_RAY_LIGHTS;
-    desc.lanes = 8;
-    return desc;
-}
-
 static estimate room(int lamps, int depth) {
     brume_scene *scene = new_scene(depth, 1);
     view down = {{0.3, -0.2, 0.1}, {0.2, 0.1, -1}, {0, 1, 0}, 0};
     brume_shape_desc wall = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    brume_render_desc desc = by_rays(BRUME_STRATEGY_AUTO, 1024);
+    brume_render_desc desc = climb_by_rays(BRUME_STRATEGY_AUTO, 1024);
     view eye = along_z;
     eye.origin[2] = lamps & CENTRE ? 1 - 1e-5 : 0;
     set_camera(scene, &eye, lamps & CLEAR ? BRUME_NONE : add_medium(scene, lamps & CENTRE ? 1 : THIN, 1, 0, 0));
@@ -97,7 +89,7 @@ static estimate room(int lamps, int depth) {
 /* Light that scatters twice on its way from the lamp. What the depths share is drawn alike, so that it cancels. */
 static estimate second_order(brume_strategy strategy) {
     static float once[PIXELS * PIXELS * 3], twice[PIXELS * PIXELS * 3];
-    brume_render_desc desc = by_rays(strategy, 1024);
+    brume_render_desc desc = climb_by_rays(strategy, 1024);
     for (int depth = 2; depth <= 3; depth++) {
         brume_scene *scene = orders_scene(&beside, depth);
         render_pixels(scene, &desc, depth == 2 ? once : twice);
@@ -108,14 +100,16 @@ static estimate second_order(brume_strategy strategy) {
     return estimate_of(twice);
 }
 
-static double tell(estimate e, double expected) {
-    double off = fabs(e.mean[0] - expected) / e.error[0];
-    print_message("%.6g, expected %.6g: %+.2f %%, standard error %.2f %%, %.1f of them\n", e.mean[0], expected,
-                  100 * (e.mean[0] / expected - 1), 100 * e.error[0] / expected, off);
-    return off;
+static int is_wrong(double off) { return !(stats_z_tail(off) > stats_level(CONFIDENCE, TESTS)); }
+
+static double room_off(int i) {
+    double right = room_radiance(rooms[i].lamps, rooms[i].depth);
+    return estimate_off("a room", room(rooms[i].lamps, rooms[i].depth), right);
 }
 
-static int is_wrong(double off) { return !(stats_z_tail(off) > stats_level(CONFIDENCE, TESTS)); }
+static double fog_off(brume_strategy strategy) {
+    return estimate_off(beside.name, second_order(strategy), orders_second(&beside, 3));
+}
 
 static void walls_light_each_other(void **state) {
     double worst = 0;
@@ -125,7 +119,7 @@ static void walls_light_each_other(void **state) {
     for (int i = 0; i < ROOMS; i++) {
         double right = room_radiance(rooms[i].lamps, rooms[i].depth);
         estimate e = room(rooms[i].lamps, rooms[i].depth);
-        double off = tell(e, right);
+        double off = estimate_off("a room", e, right);
         assert_true(e.error[0] < 0.005 * right);
         assert_false(is_wrong(off));
         where = off > worst ? i : where;
@@ -141,7 +135,7 @@ static void fog_lights_a_floor(void **state) {
     NEEDS_DEVICE();
     for (int i = 0; i < STRATEGIES; i++) {
         estimate e = second_order(strategies[i]);
-        double off = tell(e, right);
+        double off = estimate_off(beside.name, e, right);
         assert_true(e.error[0] < 0.005 * right);
         assert_false(is_wrong(off));
     }
@@ -173,9 +167,7 @@ static void planted_errors_are_noticed(void **state) {
     for (size_t i = 0; i < sizeof bugs / sizeof bugs[0]; i++) {
         planted_bug(bugs[i].file, bugs[i].right, bugs[i].wrong);
         int k = -1 - bugs[i].where;
-        double off = k >= 0 ? tell(room(rooms[k].lamps, rooms[k].depth),
-                                         room_radiance(rooms[k].lamps, rooms[k].depth))
-                            : tell(second_order((brume_strategy)bugs[i].where), orders_second(&beside, 3));
+        double off = k >= 0 ? room_off(k) : fog_off((brume_strategy)bugs[i].where);
         planted_remove();
         if (!is_wrong(off)) fail_msg("not noticed: %s", bugs[i].wrong);
     }

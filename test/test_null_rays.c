@@ -56,14 +56,6 @@ static void add_ball(brume_scene *scene, double x, double y, double z, double ra
     must(brume_scene_add_shape(scene, &ball, NULL));
 }
 
-static brume_render_desc by_rays(brume_strategy strategy, uint32_t samples) {
-    brume_render_desc desc = climb(strategy, samples);
-    desc.use_indirect = 1;
-    desc.indirect = BRUME_INDIRECT_RAY_LIGHTS;
-    desc.lanes = 8;
-    return desc;
-}
-
 /* About the lamp, about the camera, in the light and across the ray. */
 static void add_balls(brume_scene *scene, const orders *o) {
     add_ball(scene, o->lamp[0], o->lamp[1], o->lamp[2], 0.4, 0, 0);
@@ -81,7 +73,7 @@ static estimate order_of(int cut) {
     const int order = cuts[cut].order;
     const brume_light_desc sun = brume_light_desc_default(BRUME_LIGHT_DIRECTIONAL);
     static float less[PIXELS * PIXELS * 3], more[PIXELS * PIXELS * 3];
-    brume_render_desc desc = by_rays(cuts[cut].strategy, 1024);
+    brume_render_desc desc = climb_by_rays(cuts[cut].strategy, 1024);
     for (int depth = order; depth <= order + 1; depth++) {
         brume_scene *scene = orders_scene(o, depth);
         if (cuts[cut].with & BALLS)
@@ -104,7 +96,7 @@ static double right_order(const orders *o, int order) {
 static estimate room(double core, double from, double to) {
     brume_scene *scene = new_scene(DEPTH_ANY, 1);
     brume_shape_desc wall = brume_shape_desc_default(BRUME_SHAPE_SPHERE);
-    brume_render_desc desc = by_rays(BRUME_STRATEGY_AUTO, 512);
+    brume_render_desc desc = climb_by_rays(BRUME_STRATEGY_AUTO, 512);
     view eye = along_z;
     uint32_t fog = add_medium(scene, 2, 1, 0.4, 0), outside = to < 1 ? BRUME_NONE : fog;
     eye.origin[2] = 1 - 1e-5;
@@ -124,27 +116,20 @@ static estimate room(double core, double from, double to) {
     return e;
 }
 
-static double tell(const char *what, estimate e, double expected) {
-    double off = fabs(e.mean[0] - expected) / e.error[0];
-    print_message("%s: %.6g, expected %.6g: %+.2f %%, standard error %.2f %%, %.1f of them\n", what, e.mean[0], expected,
-                  100 * (e.mean[0] / expected - 1), 100 * e.error[0] / expected, off);
-    return off;
-}
-
 static int is_wrong(double off) { return !(stats_z_tail(off) > stats_level(CONFIDENCE, TESTS)); }
 
 static double cut_off(int i) {
     double right = right_order(cuts[i].o, cuts[i].order);
     estimate e = order_of(i);
     assert_true(e.error[0] < 0.02 * right);
-    return tell(cuts[i].o->name, e, right);
+    return estimate_off(cuts[i].o->name, e, right);
 }
 
 static double room_off(int i) {
     double right = RHO / (1 - RHO) / PI;
     estimate e = room(rooms[i].core, rooms[i].from, rooms[i].to);
     assert_true(e.error[0] < 0.01 * right);
-    return tell("a room", e, right);
+    return estimate_off("a room", e, right);
 }
 
 static void fog_cut_in_two_is_the_same(void **state) {
