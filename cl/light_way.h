@@ -1,8 +1,8 @@
 /* light_way.h -- the media that a ray of light runs through.
  *
  * Without null surfaces it is one, from the lamp to the surface where the ray ends, and a point of the ray that a path
- * can see lies in the medium that the path is in. With them the ray remembers where its first boundary is and between
- * which points any of its media scatter; beyond the first boundary the way is looked for again.
+ * can see lies in the medium that the path is in. With them the ray remembers where its first two boundaries are and
+ * between which points any of its media scatter; beyond the second boundary the way is looked for again.
  */
 #ifndef BRUME_LIGHT_WAY_H
 #define BRUME_LIGHT_WAY_H
