@@ -289,7 +289,8 @@ typedef struct {
     float clamp;                 /* most radiance that a sample counts, per channel; infinite: no clamp */
     int single_scattering;       /* media scatter only what comes straight from a light */
     int rays_share;              /* with paths what a medium sends into a medium: rays of light don't find all of it */
-    int pad[2];
+    float survival;              /* in roulette, of a path of throughput 1 */
+    int pad;
 } b_params;
 SIZE_IS(b_params, 336);
 
